@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "remaps/base/function_ref.h"
+#include "remaps/base/geometry.h"
+
+namespace remaps {
+
+/// Receives a chunk of vertex positions, in file order.
+using PositionSink = FunctionRef<void(std::span<const Vec3>)>;
+/// Receives a chunk of triangles, in file order. Indices count from 0 and are valid.
+using IndexSink = FunctionRef<void(std::span<const Triangle>)>;
+
+/// A triangle mesh in a file, read as two streams. Memory stays bounded whatever the file's size.
+/// Each read_* is one pass over the file and may be called again.
+class IndexedMeshReader {
+ public:
+  virtual ~IndexedMeshReader() = default;
+
+  /// Sends all positions in file order, chunk by chunk.
+  /// @throws InputError  malformed or truncated data, naming file and offset or line
+  virtual void read_positions(PositionSink sink) = 0;
+
+  /// Sends all faces in file order; a polygon arrives as its triangles, one after the other. Every
+  /// index is checked against the vertex count before it is sent.
+  /// @throws InputError  malformed or truncated data, naming file and offset or line
+  virtual void read_triangles(IndexSink sink) = 0;
+
+  /// True when every coordinate in the file is a float (so that storing floats loses nothing).
+  virtual bool positions_are_float() const = 0;
+
+  /// Size in bytes of the file and of the part read in the present pass: for progress bars.
+  virtual std::uint64_t bytes_total() const = 0;
+  virtual std::uint64_t bytes_read() const = 0;
+};
+
+/// A triangle mesh being written as two streams: all positions, then all triangles. The file appears
+/// under its final name only when `close` succeeds; destroyed before that, it leaves nothing.
+class IndexedMeshWriter {
+ public:
+  virtual ~IndexedMeshWriter() = default;
+  virtual void write_positions(std::span<const Vec3> positions) = 0;
+  virtual void write_triangles(std::span<const Triangle> triangles) = 0;
+  /// Flushes, checks the counts announced at opening, and renames to the final name.
+  /// @throws IoError  a write or the rename failed
+  virtual void close() = 0;
+};
+
+}  // namespace remaps
