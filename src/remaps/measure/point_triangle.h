@@ -1,0 +1,22 @@
+#pragma once
+
+#include <array>
+
+#include "remaps/base/geometry.h"
+
+namespace remaps {
+
+/// The point of a triangle that is closest to some point.
+struct TrianglePoint {
+  std::array<double, 3> weights{};  // barycentric: none negative, sum 1 within rounding
+  double distance2 = 0;             // squared distance to it
+};
+
+/// Finds the point of a triangle closest to p, in double.
+///
+/// `distance2` is measured to the point that `weights` name, so it is never less than the true
+/// squared distance, beyond rounding. Holds for triangles of any shape, also those that are a
+/// segment or a point.
+TrianglePoint closest_point_on_triangle(const Vec3& p, const TrianglePositions& triangle);
+
+}  // namespace remaps

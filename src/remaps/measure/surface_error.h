@@ -1,0 +1,50 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+
+#include "remaps/base/progress.h"
+#include "remaps/mesh/triangle_stream.h"
+
+namespace remaps {
+
+struct SurfaceErrorOptions {
+  std::uint64_t samples = 1'000'000;  // on each surface; 1 or more
+  std::uint64_t seed = 1;             // of the places of the samples
+  unsigned threads = 1;               // makes no difference to the result, not by a bit
+  std::uint64_t memory_bytes =
+      256 << 20;                 // bound of buffers and trees; what the sources hold not included
+  Progress* progress = nullptr;  // phase "measure"; may be null
+};
+
+/// How far two surfaces lie apart. Errors are fractions of `diagonal`.
+struct SurfaceError {
+  double diagonal = 0;  // of the original's bounding box, in its units
+  double l2_forward = 0, mean_forward = 0, max_forward = 0;     // from the original to the remesh
+  double l2_backward = 0, mean_backward = 0, max_backward = 0;  // from the remesh to the original
+  std::uint64_t samples_forward = 0, samples_backward = 0;
+
+  double l2() const { return std::max(l2_forward, l2_backward); }
+};
+
+/// Measures the distances from points of each surface to the nearest point of the other: their root
+/// mean square and their mean over the area, and the largest.
+///
+/// Points are sampled in proportion to area and compared in double. A surface whose 3 corners a
+/// triangle are no more than the samples has all of them tried too, for the largest distance only:
+/// there it is mostly taken on. A larger surface has its samples close enough together without.
+///
+/// Surfaces may be of any size. The one that is sampled is streamed once a block of samples; the
+/// one that is searched is kept as one tree if that fits into memory, otherwise streamed through
+/// trees of its parts once a block, after a tree of a few triangles spread all over it has bounded
+/// every distance, so that most parts are passed by at their boxes. Coherent streams are faster.
+///
+/// @throws GeometryError  a surface has no triangles or no area, or a coordinate is not finite
+/// @throws BudgetError    memory_bytes is below 1 MiB
+/// @throws Cancelled      by way of options.progress
+/// Deterministic: the result depends on the surfaces, samples and seed; on memory_bytes by rounding
+/// of sums only.
+SurfaceError measure_surface_error(const TriangleSource& original, const TriangleSource& remesh,
+                                   const SurfaceErrorOptions& options = {});
+
+}  // namespace remaps
