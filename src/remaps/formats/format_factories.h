@@ -1,0 +1,22 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+
+#include "remaps/formats/byte_source.h"
+#include "remaps/mesh/indexed_stream.h"
+
+/// One reader or writer of each format; open_mesh_reader and open_mesh_writer choose among them.
+namespace remaps {
+
+std::unique_ptr<IndexedMeshReader> make_ply_reader(ByteSource source);
+std::unique_ptr<IndexedMeshReader> make_obj_reader(ByteSource source);
+std::unique_ptr<IndexedMeshReader> make_off_reader(ByteSource source);
+
+std::unique_ptr<IndexedMeshWriter> make_ply_writer(const std::filesystem::path& path,
+                                                   std::uint64_t vertices, std::uint64_t faces);
+std::unique_ptr<IndexedMeshWriter> make_obj_writer(const std::filesystem::path& path,
+                                                   std::uint64_t vertices, std::uint64_t faces);
+
+}  // namespace remaps

@@ -1,0 +1,305 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "remaps/base/errors.h"
+#include "remaps/formats/chunk_emitter.h"
+#include "remaps/formats/corner_runs.h"
+#include "remaps/formats/format_factories.h"
+#include "remaps/formats/ply_cursor.h"
+#include "remaps/formats/ply_header.h"
+#include "remaps/formats/position_text.h"
+
+namespace remaps {
+namespace {
+
+constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
+
+const PlyProperty* corner_list(const PlyElement& element) {
+  return element.find("vertex_indices", "vertex_index");
+}
+
+/// What to do with the next bytes of a record. Neighbouring values that nobody wants are one step.
+struct PlyStep {
+  enum class Kind { skip, skip_list, coordinate, corners };
+  Kind kind;
+  PlyType type;              // of the value or of a list's items
+  PlyType count_type;        // of a list
+  std::uint64_t amount = 0;  // to skip
+  std::size_t axis = 0;      // of a coordinate
+};
+
+/// The steps through one record. Wanted are the coordinates of 'vertex' and the corners of 'face'
+/// and 'tristrips', or nothing.
+template <class Cursor>
+std::vector<PlyStep> plan_record(const PlyElement& element, bool wanted) {
+  using Kind = PlyStep::Kind;
+  std::vector<PlyStep> steps;
+  for (const PlyProperty& property : element.properties) {
+    if (property.count_type) {
+      const bool corners = wanted && &property == corner_list(element);
+      steps.push_back(
+          {corners ? Kind::corners : Kind::skip_list, property.type, *property.count_type});
+      continue;
+    }
+    std::size_t axis = 0;
+    while (axis < 3 && &property != element.find(kAxes[axis])) ++axis;
+    if (wanted && axis < 3) {
+      steps.push_back({Kind::coordinate, property.type, property.type, 0, axis});
+      continue;
+    }
+    if (steps.empty() || steps.back().kind != Kind::skip) {
+      steps.push_back({Kind::skip, property.type, property.type});
+    }
+    steps.back().amount += Cursor::size_in_file(property.type);
+  }
+  return steps;
+}
+
+/// Goes through all records of an element: coordinate(step) and corners(step) are called where the
+/// cursor stands before a wanted value or list, end_record() after each record.
+template <class Cursor, class Handler>
+void walk_records(Cursor& cursor, const PlyElement& element, const std::vector<PlyStep>& steps,
+                  Handler& handler) {
+  for (std::uint64_t record = 0; record < element.count; ++record) {
+    cursor.place = {&element, record};
+    for (const PlyStep& step : steps) {
+      switch (step.kind) {
+        case PlyStep::Kind::skip:
+          cursor.skip(step.amount);
+          break;
+        case PlyStep::Kind::skip_list: {
+          const std::uint64_t n = cursor.integer(step.count_type);
+          cursor.expect_list(n, step.type);
+          cursor.skip(n * Cursor::size_in_file(step.type));
+          break;
+        }
+        case PlyStep::Kind::coordinate:
+          handler.coordinate(cursor, step);
+          break;
+        case PlyStep::Kind::corners:
+          handler.corners(cursor, step);
+          break;
+      }
+    }
+    handler.end_record();
+  }
+}
+
+/// Passes over an element nobody wants.
+template <class Cursor>
+void skip_element(Cursor& cursor, const PlyElement& element) {
+  struct {
+    void coordinate(Cursor&, const PlyStep&) {}
+    void corners(Cursor&, const PlyStep&) {}
+    void end_record() {}
+  } nothing;
+  const std::vector<PlyStep> steps = plan_record<Cursor>(element, false);
+  cursor.place = {&element, 0};
+  if (steps.empty()) return;
+  if (steps.size() == 1 && steps[0].kind == PlyStep::Kind::skip) {
+    cursor.skip(steps[0].amount * element.count);
+  } else {
+    walk_records(cursor, element, steps, nothing);
+  }
+}
+
+template <class Cursor>
+class PositionHandler {
+ public:
+  explicit PositionHandler(PositionSink sink) : positions_(sink) {}
+
+  void coordinate(Cursor& cursor, const PlyStep& step) {
+    const double value = cursor.real(step.type);
+    if (!std::isfinite(value)) {
+      cursor.fail(step.type, fmt::format("expected a finite coordinate {}, found {}",
+                                         kAxes[step.axis], value));
+    }
+    all_float_ = all_float_ && is_float(value);
+    point_[step.axis] = value;
+  }
+  void corners(Cursor&, const PlyStep&) {}
+  void end_record() { positions_.push({point_[0], point_[1], point_[2]}); }
+
+  void flush() { positions_.flush(); }
+  bool all_float() const { return all_float_; }
+
+ private:
+  ChunkEmitter<Vec3> positions_;
+  std::array<double, 3> point_{};
+  bool all_float_ = true;
+};
+
+/// Reads the lists of 'face' and of 'tristrips'.
+template <class Cursor>
+class CornerHandler {
+ public:
+  CornerHandler(ChunkEmitter<Triangle>& triangles, std::uint64_t vertices, bool strips)
+      : fan_(triangles), strip_(triangles), vertices_(vertices), strips_(strips) {}
+
+  void coordinate(Cursor&, const PlyStep&) {}
+  void corners(Cursor& cursor, const PlyStep& step) {
+    const std::uint64_t n = cursor.integer(step.count_type);
+    cursor.expect_list(n, step.type);
+    if (strips_) {
+      read_strip(cursor, step.type, n);
+    } else {
+      read_polygon(cursor, step, n);
+    }
+  }
+  void end_record() {}
+
+ private:
+  static constexpr std::uint64_t kRestart = ~std::uint64_t{0};  // -1
+
+  void read_polygon(Cursor& cursor, const PlyStep& step, std::uint64_t n) {
+    if (n < 3) {
+      cursor.fail(step.count_type, fmt::format("expected at least 3 corners, found {}", n));
+    }
+    fan_.begin();
+    for (; n > 0; --n) fan_.corner(checked(cursor, step.type, cursor.integer(step.type)));
+  }
+
+  void read_strip(Cursor& cursor, PlyType type, std::uint64_t n) {
+    strip_.restart();
+    for (; n > 0; --n) {
+      const std::uint64_t index = cursor.integer(type);
+      if (index == kRestart) {
+        strip_.restart();
+      } else {
+        strip_.corner(checked(cursor, type, index));
+      }
+    }
+  }
+
+  VertexId checked(Cursor& cursor, PlyType type, std::uint64_t index) const {
+    if (index >= vertices_) {
+      cursor.fail(type, fmt::format("expected a vertex index below {}, found {}", vertices_,
+                                    static_cast<std::int64_t>(index)));
+    }
+    return index;
+  }
+
+  PolygonFan fan_;
+  StripUnroller strip_;
+  std::uint64_t vertices_;
+  bool strips_;
+};
+
+class PlyReader final : public IndexedMeshReader {
+ public:
+  explicit PlyReader(ByteSource source)
+      : source_(std::move(source)), header_(read_ply_header(source_)) {
+    offsets_.resize(header_.elements.size() + 1);
+    offsets_[0] = header_.data_offset;
+    find_coordinates();
+    for (const PlyElement& element : header_.elements) {
+      if (has_corners(element) && element.count > 0) check_corner_list(element);
+    }
+  }
+
+  void read_positions(PositionSink sink) override {
+    with_cursor([&]<class Cursor>(Cursor& cursor) {
+      const std::size_t index = index_of(*vertex_);
+      go_to(cursor, index);
+      PositionHandler<Cursor> handler(sink);
+      walk_records(cursor, *vertex_, plan_record<Cursor>(*vertex_, true), handler);
+      handler.flush();
+      all_float_ = all_float_ || handler.all_float();
+      offsets_[index + 1] = cursor.offset();
+    });
+  }
+
+  void read_triangles(IndexSink sink) override {
+    with_cursor([&]<class Cursor>(Cursor& cursor) {
+      ChunkEmitter<Triangle> triangles(sink);
+      for (const PlyElement& element : header_.elements) {
+        if (!has_corners(element) || element.count == 0) continue;
+        go_to(cursor, index_of(element));
+        CornerHandler<Cursor> handler(triangles, vertex_->count, element.name == "tristrips");
+        walk_records(cursor, element, plan_record<Cursor>(element, true), handler);
+        offsets_[index_of(element) + 1] = cursor.offset();
+      }
+      triangles.flush();
+    });
+  }
+
+  bool positions_are_float() const override { return all_float_; }
+  std::uint64_t bytes_total() const override { return source_.size(); }
+  std::uint64_t bytes_read() const override { return source_.offset(); }
+
+ private:
+  static bool has_corners(const PlyElement& element) {
+    return element.name == "face" || element.name == "tristrips";
+  }
+
+  std::size_t index_of(const PlyElement& element) const {
+    return static_cast<std::size_t>(&element - header_.elements.data());
+  }
+
+  void find_coordinates() {
+    vertex_ = header_.find("vertex");
+    if (vertex_ == nullptr) fail_header("expected an element 'vertex'");
+    all_float_ = true;
+    for (const std::string_view axis : kAxes) {
+      const PlyProperty* const property = vertex_->find(axis);
+      if (property == nullptr || property->count_type) {
+        fail_header(fmt::format("expected a scalar property '{}' of 'vertex'", axis));
+      }
+      all_float_ &= fits_float(property->type);
+    }
+  }
+
+  void check_corner_list(const PlyElement& element) const {
+    const PlyProperty* const list = corner_list(element);
+    if (list == nullptr || !list->count_type || !is_integer(list->type)) {
+      fail_header(
+          fmt::format("expected a list of integers 'vertex_indices' of '{}'", element.name));
+    }
+  }
+
+  [[noreturn]] void fail_header(std::string_view what) const {
+    throw InputError(fmt::format("{}: PLY header: {}", source_.path().string(), what));
+  }
+
+  template <class Pass>
+  void with_cursor(Pass pass) {
+    if (header_.encoding == PlyEncoding::ascii) {
+      PlyTextCursor cursor(source_);
+      pass(cursor);
+    } else {
+      PlyBinaryCursor cursor(source_, header_.encoding == PlyEncoding::big_endian);
+      pass(cursor);
+    }
+  }
+
+  /// Goes to the first record of an element, from the last element before it whose place is known.
+  template <class Cursor>
+  void go_to(Cursor& cursor, std::size_t index) {
+    std::size_t at = index;
+    while (!offsets_[at]) --at;
+    source_.seek(*offsets_[at]);
+    for (; at < index; ++at) {
+      skip_element(cursor, header_.elements[at]);
+      offsets_[at + 1] = cursor.offset();
+    }
+  }
+
+  ByteSource source_;
+  PlyHeader header_;
+  const PlyElement* vertex_ = nullptr;
+  std::vector<std::optional<std::uint64_t>> offsets_;  // where each element begins, once known
+  bool all_float_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<IndexedMeshReader> make_ply_reader(ByteSource source) {
+  return std::make_unique<PlyReader>(std::move(source));
+}
+
+}  // namespace remaps
