@@ -1,32 +1,39 @@
 #include "remaps/generate/fractal_noise.h"
 
+#include <tuple>
+
 #include "remaps/generate/hash_mix.h"
 
 namespace remaps {
 namespace {
 
-// Odd constants that spread each lattice coordinate over 64 bits before they are combined.
+// Odd constants that spread each lattice coordinate over 64 bits; its upper bits are its hash. The
+// gradient at a lattice point is chosen by the exclusive or of three hashes.
 constexpr std::uint64_t kSpreadX = 0x9E3779B97F4A7C15u;
 constexpr std::uint64_t kSpreadY = 0xC2B2AE3D27D4EB4Fu;
 constexpr std::uint64_t kSpreadZ = 0x165667B19E3779F9u;
-constexpr std::uint64_t kCombine = 0xD6E8FEB86659FD93u;
+constexpr int kHashBits = 8;
 
-/// A coordinate in its lattice cell: the hash factor of either end, the offset and its fade.
+/// A coordinate in its lattice cell: the hashes of both ends, the offset from the lower one.
 struct CellAxis {
   std::uint64_t low, high;
-  double offset, fade;
+  float offset;
 
   CellAxis(double value, std::uint64_t spread) {
     auto cell = static_cast<std::int64_t>(value);
     cell -= value < static_cast<double>(cell) ? 1 : 0;
-    low = static_cast<std::uint64_t>(cell) * spread;
-    high = low + spread;
-    offset = value - static_cast<double>(cell);
-    fade = offset * offset * offset * (offset * (offset * 6 - 15) + 10);
+    const std::uint64_t product = static_cast<std::uint64_t>(cell) * spread;
+    low = product >> (64 - kHashBits);
+    high = (product + spread) >> (64 - kHashBits);
+    offset = static_cast<float>(value - static_cast<double>(cell));
   }
 };
 
-double lerp(double a, double b, double t) {
+Float4 splat(float value) {
+  return Float4{value, value, value, value};
+}
+
+Float4 lerp(const Float4& a, const Float4& b, const Float4& t) {
   return a + t * (b - a);
 }
 
@@ -43,9 +50,11 @@ Vec3 unit_vector(std::uint64_t key) {
 
 FractalNoise::FractalNoise(std::uint64_t seed, int octaves, double roughness)
     : octaves_(octaves), roughness_(roughness) {
+  static_assert(std::tuple_size_v<decltype(gradients_)> == 1 << kHashBits);
   for (std::uint64_t i = 0; i < gradients_.size(); ++i) {
     const Vec3 g = unit_vector(hash_key(seed, i));
-    gradients_[i] = {g.x, g.y, g.z, 0};
+    const Vec3f f = to_float(g);
+    gradients_[i] = Float4{f.x, f.y, f.z, 0};
   }
   const auto coordinate = [&](std::uint64_t key) {
     return 64 * unit_interval(hash_key(~seed, key));
@@ -60,35 +69,41 @@ FractalNoise::FractalNoise(std::uint64_t seed, int octaves, double roughness)
 }
 
 double FractalNoise::operator()(const Vec3& p) const {
-  double value = 0;
+  Float4 terms{};
   double amplitude = scale_;
   Vec3 q = p + origin_;
   for (int i = 0; i < octaves_; ++i) {
-    value += amplitude * octave(q);
+    terms += splat(static_cast<float>(amplitude)) * octave(q);
     amplitude *= roughness_;
     // The shift keeps the zeros at lattice points of one octave off those of the next.
     q = 2 * q + Vec3{0.37, 0.53, 0.71};
   }
-  return value;
+  return double{terms[0]} + double{terms[1]} + double{terms[2]};
 }
 
-double FractalNoise::octave(const Vec3& p) const {
+/// The three terms of the scalar products, interpolated: their sum is the value of one octave.
+Float4 FractalNoise::octave(const Vec3& p) const {
   const CellAxis x(p.x, kSpreadX);
   const CellAxis y(p.y, kSpreadY);
   const CellAxis z(p.z, kSpreadZ);
-  const auto corner = [&](std::uint64_t hash, double dx, double dy, double dz) {
-    const Gradient& g = gradients_[(hash * kCombine) >> (64 - kGradientBits)];
-    return g.x * dx + g.y * dy + g.z * dz;
+  const Float4 t{x.offset, y.offset, z.offset, 0};
+  const Float4 fade = t * t * t * (t * (t * splat(6) - splat(15)) + splat(10));
+  const Float4 fade_x = splat(fade[0]);
+  const Float4 fade_y = splat(fade[1]);
+  const Float4 fade_z = splat(fade[2]);
+
+  const auto corner = [&](std::uint64_t hash, const Float4& offset) {
+    return gradients_[hash] * offset;
   };
-  const auto edge = [&](std::uint64_t yz, double dy, double dz) {
-    return lerp(corner(x.low ^ yz, x.offset, dy, dz), corner(x.high ^ yz, x.offset - 1, dy, dz),
-                x.fade);
+  const auto edge = [&](std::uint64_t yz, const Float4& offset) {
+    return lerp(corner(x.low ^ yz, offset), corner(x.high ^ yz, offset - Float4{1, 0, 0, 0}),
+                fade_x);
   };
-  const double low = lerp(edge(y.low ^ z.low, y.offset, z.offset),
-                          edge(y.high ^ z.low, y.offset - 1, z.offset), y.fade);
-  const double high = lerp(edge(y.low ^ z.high, y.offset, z.offset - 1),
-                           edge(y.high ^ z.high, y.offset - 1, z.offset - 1), y.fade);
-  return lerp(low, high, z.fade);
+  const auto side = [&](std::uint64_t z_end, const Float4& offset) {
+    return lerp(edge(y.low ^ z_end, offset), edge(y.high ^ z_end, offset - Float4{0, 1, 0, 0}),
+                fade_y);
+  };
+  return lerp(side(z.low, t), side(z.high, t - Float4{0, 0, 1, 0}), fade_z);
 }
 
 }  // namespace remaps

@@ -7,10 +7,13 @@
 
 namespace remaps {
 
+/// Four floats that the compiler adds and multiplies at once, on every machine.
+using Float4 [[gnu::vector_size(16)]] = float;
+
 /// Fractal gradient noise in space: a sum of octaves, each of twice the frequency of the one
-/// before. The first octave has wavelength 1; the value lies within [-1, 1], mostly within a third
-/// of it. Pure function of the point and the seed, with continuous first and second derivatives.
-/// Source: Perlin, Improving Noise, SIGGRAPH 2002.
+/// before. The first octave has wavelength 1; the value is in [-1, 1], mostly within a third of it.
+/// A pure function of the point and the seed; value and slope are continuous up to the rounding of
+/// floats. Source: Perlin, Improving Noise, SIGGRAPH 2002.
 class FractalNoise {
  public:
   /// @param octaves    at least 1
@@ -20,15 +23,9 @@ class FractalNoise {
   double operator()(const Vec3& p) const;
 
  private:
-  static constexpr int kGradientBits = 8;
-  /// Padded to a power of two so that an index is a shift.
-  struct alignas(32) Gradient {
-    double x, y, z, unused;
-  };
+  Float4 octave(const Vec3& p) const;
 
-  double octave(const Vec3& p) const;
-
-  std::array<Gradient, 1 << kGradientBits> gradients_;
+  std::array<Float4, 256> gradients_;
   Vec3 origin_;
   int octaves_;
   double roughness_;
