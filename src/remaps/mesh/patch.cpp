@@ -1,0 +1,200 @@
+#include "remaps/mesh/patch.h"
+
+#include <algorithm>
+
+namespace remaps {
+
+ManifoldDefect Patch::build(std::size_t vertices, std::size_t own,
+                            std::span<const LocalTriangle> triangles) {
+  vertex_.assign(triangles.begin(), triangles.end());
+  opposite_.assign(triangles.size(), {kNoIndex, kNoIndex, kNoIndex});
+  first_corner_.assign(vertices, kNoIndex);
+  valence_.assign(vertices, 0);
+  boundary_.assign(vertices, 0);
+  const ManifoldDefect defect = connect(triangles);
+  return defect.kind != ManifoldDefect::Kind::kNone ? defect : check_vertices(own);
+}
+
+/// Pairs the half-edges: those leaving each vertex are listed (counting sort), then each looks for its twin among
+/// those that leave its head.
+ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
+  bucket_start_.assign(first_corner_.size() + 1, 0);
+  for (const LocalTriangle& t : triangles) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+      return {ManifoldDefect::Kind::kDegenerateFace, t[0], t[1] == t[0] ? t[2] : t[1]};
+    }
+    for (const LocalIndex v : t) ++bucket_start_[v + 1];
+  }
+  for (std::size_t v = 1; v < bucket_start_.size(); ++v) bucket_start_[v] += bucket_start_[v - 1];
+  bucket_.resize(3 * triangles.size());
+  for (LocalIndex c = 0; c < bucket_.size(); ++c) bucket_[bucket_start_[corner_vertex(c)]++] = c;
+  for (std::size_t v = bucket_start_.size() - 1; v > 0; --v) bucket_start_[v] = bucket_start_[v - 1];
+  bucket_start_[0] = 0;
+
+  // Corner c stands for the half-edge next(c) -> previous(c) opposite to it.
+  for (LocalIndex c = 0; c < bucket_.size(); ++c) {
+    const LocalIndex tail = corner_vertex(next_corner(c));
+    const LocalIndex head = corner_vertex(previous_corner(c));
+    LocalIndex twin = kNoIndex;
+    unsigned same = 0;
+    unsigned twins = 0;
+    const bool from_tail = bucket_start_[tail + 1] - bucket_start_[tail] <
+                           bucket_start_[head + 1] - bucket_start_[head];
+    const LocalIndex hub = from_tail ? tail : head;
+    for (auto i = bucket_start_[hub]; i < bucket_start_[hub + 1]; ++i) {
+      const LocalIndex at = bucket_[i];
+      const LocalIndex after = corner_vertex(next_corner(at));
+      const LocalIndex before = corner_vertex(previous_corner(at));
+      const LocalIndex other = from_tail ? head : tail;
+      if (after == other) {  // half-edge hub -> other
+        from_tail ? ++same : (++twins, twin = previous_corner(at));
+      }
+      if (before == other) {  // half-edge other -> hub
+        from_tail ? (++twins, twin = next_corner(at)) : ++same;
+      }
+    }
+    if (same + twins > 2) return {ManifoldDefect::Kind::kEdgeFaces, tail, head};
+    if (same > 1) return {ManifoldDefect::Kind::kOrientation, tail, head};
+    if (twins == 1) opposite_[c / 3][c % 3] = twin;
+  }
+  return {};
+}
+
+/// Finds each vertex's first corner and counts its faces in one fan; a vertex with more faces than its first fan holds
+/// is no manifold vertex.
+ManifoldDefect Patch::check_vertices(std::size_t own) {
+  for (LocalIndex v = 0; v < first_corner_.size(); ++v) {
+    const std::uint32_t faces = bucket_start_[v + 1] - bucket_start_[v];
+    if (faces == 0) continue;
+    first_corner_[v] = clockwise_most(bucket_[bucket_start_[v]]);
+    std::uint32_t count = 0;
+    LocalIndex c = first_corner_[v];
+    while (true) {
+      ++count;
+      const LocalIndex across = opposite(next_corner(c));
+      if (across == kNoIndex) {
+        boundary_[v] = 1;
+        break;
+      }
+      c = next_corner(across);
+      if (c == first_corner_[v]) break;
+    }
+    if (count != faces && v < own) return {ManifoldDefect::Kind::kVertexFans, v, v};
+    valence_[v] = static_cast<std::uint16_t>(std::min(count + boundary_[v], 65535u));
+  }
+  return {};
+}
+
+LocalIndex Patch::clockwise_most(LocalIndex corner) const {
+  LocalIndex c = corner;
+  while (true) {
+    const LocalIndex across = opposite(previous_corner(c));
+    if (across == kNoIndex) return c;
+    c = previous_corner(across);
+    if (c == corner) return c;
+  }
+}
+
+bool Patch::star(LocalIndex v, Star& out) const {
+  if (valence_[v] > kMaxStarFaces) return false;
+  const LocalIndex first = first_corner_[v];
+  LocalIndex c = first;
+  unsigned i = 0;
+  out.boundary = boundary_[v] != 0;
+  while (true) {
+    out.corner[i] = c;
+    out.ring[i] = corner_vertex(next_corner(c));
+    ++i;
+    const LocalIndex across = opposite(next_corner(c));
+    if (across == kNoIndex) {
+      out.ring[i] = corner_vertex(previous_corner(c));
+      break;
+    }
+    c = next_corner(across);
+    if (c == first) break;
+  }
+  out.wedges = i;
+  return true;
+}
+
+bool Patch::has_edge(LocalIndex a, LocalIndex b) const {
+  bool found = false;
+  for_each_neighbour(a, [&](LocalIndex x) { found |= x == b; });
+  return found;
+}
+
+bool Patch::fan_keeps_topology(const Star& star, unsigned apex) const {
+  const unsigned n = star.ring_size();
+  if (n < 3) return false;
+  if (star.boundary) {
+    if (star.wedges < 2 || has_edge(star.ring[0], star.ring[n - 1])) return false;
+  } else if (n == 3) {
+    // The three outer faces must not be one and the same triangle.
+    const LocalIndex across = opposite(star.corner[0]);
+    if (across != kNoIndex && corner_vertex(across) == star.ring[2]) return false;
+  }
+  const unsigned before = apex == 0 ? n - 1 : apex - 1;
+  const unsigned after = apex + 1 == n ? 0 : apex + 1;
+  bool free = true;
+  for_each_neighbour(star.ring[apex], [&](LocalIndex x) {
+    for (unsigned i = 0; i < n; ++i) {
+      if (star.ring[i] == x && i != before && i != after) free = false;
+    }
+  });
+  return free;
+}
+
+void Patch::link(LocalIndex a, LocalIndex b) {
+  if (a != kNoIndex) opposite_[a / 3][a % 3] = b;
+  if (b != kNoIndex) opposite_[b / 3][b % 3] = a;
+}
+
+void Patch::retriangulate(LocalIndex v, const Star& star, unsigned apex) {
+  const unsigned n = star.ring_size();
+  const unsigned triangles = n - 2;
+  std::array<LocalIndex, kMaxRing> outer{};
+  for (unsigned i = 0; i < star.wedges; ++i) outer[i] = opposite(star.corner[i]);
+  if (star.boundary) outer[n - 1] = kNoIndex;
+  const auto wrap = [n](unsigned slot) { return slot >= n ? slot - n : slot; };
+
+  for (unsigned j = 0; j < triangles; ++j) {
+    const LocalIndex f = star.corner[j] / 3;
+    vertex_[f] = {star.ring[apex], star.ring[wrap(apex + 1 + j)], star.ring[wrap(apex + 2 + j)]};
+  }
+  for (unsigned j = 0; j < triangles; ++j) {
+    const LocalIndex c = star.corner[j] / 3 * 3;
+    opposite_[c / 3] = {kNoIndex, kNoIndex, kNoIndex};
+    link(c, outer[wrap(apex + 1 + j)]);
+    if (j > 0) link(c + 2, star.corner[j - 1] / 3 * 3 + 1);
+  }
+  link(star.corner[0] / 3 * 3 + 2, outer[apex]);
+  link(star.corner[triangles - 1] / 3 * 3 + 1, outer[wrap(apex + n - 1)]);
+  for (unsigned i = triangles; i < star.wedges; ++i) {
+    vertex_[star.corner[i] / 3] = {kNoIndex, kNoIndex, kNoIndex};
+    opposite_[star.corner[i] / 3] = {kNoIndex, kNoIndex, kNoIndex};
+  }
+
+  for (unsigned j = 0; j < triangles; ++j) {
+    const LocalIndex c = star.corner[j] / 3 * 3;
+    for (LocalIndex i = 0; i < 3; ++i) first_corner_[vertex_[c / 3][i]] = c + i;
+  }
+  for (unsigned i = 0; i < n; ++i) {
+    const LocalIndex x = star.ring[i];
+    if (boundary_[x]) first_corner_[x] = clockwise_most(first_corner_[x]);
+    --valence_[x];
+  }
+  if (star.boundary) {
+    ++valence_[star.ring[0]];
+    ++valence_[star.ring[n - 1]];
+  }
+  for (unsigned i = 2; i + 1 < n; ++i) {
+    // Diagonals of the hole; the boundary edge was counted above.
+    const unsigned slot = wrap(apex + i);
+    ++valence_[star.ring[slot]];
+    ++valence_[star.ring[apex]];
+  }
+  first_corner_[v] = kNoIndex;
+  valence_[v] = 0;
+}
+
+}  // namespace remaps

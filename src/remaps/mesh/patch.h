@@ -1,0 +1,120 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "remaps/base/geometry.h"
+#include "remaps/mesh/retriangulation.h"
+
+namespace remaps {
+
+/// Three local vertex indices.
+using LocalTriangle = std::array<LocalIndex, 3>;
+
+/// A corner is 3 * face + (0, 1, 2). next/previous walk the corners of one face.
+inline LocalIndex next_corner(LocalIndex c) {
+  return c % 3 == 2 ? c - 2 : c + 1;
+}
+inline LocalIndex previous_corner(LocalIndex c) {
+  return c % 3 == 0 ? c + 2 : c - 1;
+}
+
+/// The 1-ring of a vertex: wedge i is the face of corner[i], its outer edge runs from ring[i] to ring[i + 1]
+/// (modulo n for an interior vertex; n = wedges at an interior vertex, wedges + 1 at a boundary one).
+struct Star {
+  unsigned wedges = 0;
+  bool boundary = false;
+  std::array<LocalIndex, kMaxStarFaces> corner{};
+  std::array<LocalIndex, kMaxRing> ring{};
+
+  unsigned ring_size() const { return wedges + (boundary ? 1u : 0u); }
+};
+
+/// Why a triangle set is no manifold patch, and where. Vertices are local.
+struct ManifoldDefect {
+  enum class Kind { kNone, kDegenerateFace, kEdgeFaces, kOrientation, kVertexFans };
+  Kind kind = Kind::kNone;
+  LocalIndex vertex_a = kNoIndex;
+  LocalIndex vertex_b = kNoIndex;
+};
+
+/// A piece of a triangle mesh in memory: corner table with adjacency, for local operators. Face ids are stable: an
+/// operator reuses the ids of the star that it changes. Memory: 24 B a face + 8 B a vertex.
+/// Buffers are kept from one `build` to the next.
+class Patch {
+ public:
+  /// Takes a set of triangles and finds their adjacency.
+  ///
+  /// @param vertices   number of vertices; every index is below it
+  /// @param own        the first `own` vertices have their whole star among the triangles; of the others part may be
+  ///                   missing, and they are not checked
+  /// @param triangles  (f)
+  /// @return  the first defect found (by face, then by vertex), or kNone. After a defect the patch is unusable.
+  /// Cost: linear.
+  ManifoldDefect build(std::size_t vertices, std::size_t own, std::span<const LocalTriangle> triangles);
+
+  std::size_t vertex_slots() const { return first_corner_.size(); }
+  std::size_t face_slots() const { return vertex_.size(); }
+
+  bool face_alive(LocalIndex f) const { return vertex_[f][0] != kNoIndex; }
+  /// False for a removed vertex and for one without faces.
+  bool vertex_alive(LocalIndex v) const { return first_corner_[v] != kNoIndex; }
+  const LocalTriangle& face(LocalIndex f) const { return vertex_[f]; }
+  LocalIndex corner_vertex(LocalIndex c) const { return vertex_[c / 3][c % 3]; }
+  /// The corner across the edge opposite to c, or kNoIndex at the patch's boundary.
+  LocalIndex opposite(LocalIndex c) const { return opposite_[c / 3][c % 3]; }
+  /// Number of edges at v.
+  unsigned valence(LocalIndex v) const { return valence_[v]; }
+  bool on_boundary(LocalIndex v) const { return boundary_[v] != 0; }
+
+  /// The star of v, counter-clockwise, starting at a fixed place: the boundary if there is one.
+  /// @return  false when v has more than kMaxStarFaces faces, or more than kMaxRing ring points
+  bool star(LocalIndex v, Star& out) const;
+
+  /// True when a and b are joined by an edge. Cost: valence of a.
+  bool has_edge(LocalIndex a, LocalIndex b) const;
+
+  /// Calls visit(neighbour) for each neighbour of v, counter-clockwise.
+  template <class Visit>
+  void for_each_neighbour(LocalIndex v, Visit&& visit) const {
+    const LocalIndex first = first_corner_[v];
+    if (first == kNoIndex) return;
+    LocalIndex c = first;
+    while (true) {
+      visit(corner_vertex(next_corner(c)));
+      const LocalIndex across = opposite(next_corner(c));
+      if (across == kNoIndex) {
+        visit(corner_vertex(previous_corner(c)));
+        return;
+      }
+      c = next_corner(across);
+      if (c == first) return;
+    }
+  }
+
+  /// True when filling the star of v by the fan about ring[apex] keeps the surface a manifold of the same topology:
+  /// no new edge exists already, and no two faces get the same vertices (link condition).
+  bool fan_keeps_topology(const Star& star, unsigned apex) const;
+
+  /// Removes the vertex whose star is given and fills the hole with the fan about ring[apex], face ids as in
+  /// Retriangulation. Requires fan_keeps_topology.
+  void retriangulate(LocalIndex v, const Star& star, unsigned apex);
+
+ private:
+  ManifoldDefect connect(std::span<const LocalTriangle> triangles);
+  ManifoldDefect check_vertices(std::size_t own);
+  void link(LocalIndex a, LocalIndex b);
+  LocalIndex clockwise_most(LocalIndex corner) const;
+
+  std::vector<LocalTriangle> vertex_;      // (faces)
+  std::vector<LocalTriangle> opposite_;    // (faces)
+  std::vector<LocalIndex> first_corner_;   // (vertices)
+  std::vector<std::uint16_t> valence_;     // (vertices)
+  std::vector<std::uint8_t> boundary_;     // (vertices)
+  std::vector<std::uint32_t> bucket_start_;
+  std::vector<std::uint32_t> bucket_;
+};
+
+}  // namespace remaps

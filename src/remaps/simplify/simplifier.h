@@ -1,0 +1,64 @@
+#pragma once
+
+#include <vector>
+
+#include "remaps/mesh/patch.h"
+#include "remaps/mesh/retriangulation.h"
+#include "remaps/mesh/segment.h"
+#include "remaps/simplify/flatten.h"
+#include "remaps/simplify/removal_queue.h"
+
+namespace remaps::simplify {
+
+struct SimplifyOptions {
+  std::size_t target_vertices = 0;  ///< stop when so many own vertices are left
+  double diagonal = 1;              ///< of the input's bounding box
+  double wedge_floor = 0.0005;      ///< least planar_shape of a wedge of a flattened star
+  double fan_floor = 0.002;         ///< least planar_shape of a new planar triangle
+  double normal_floor = 0.0;        ///< least cosine between the normals of a triangle before and after
+  unsigned max_valence = 12;        ///< of any vertex after a removal (larger ones may shrink)
+};
+
+/// Simplifies one segment at a time by vertex removal and writes the log. Keeps its buffers from one to the next.
+class Simplifier {
+ public:
+  /// Removes unlocked vertices, cheapest first, until target_vertices are left or none can go.
+  ///
+  /// @param segment  triangle is out of date afterwards: read the faces from patch; load and quadric are kept up
+  /// @param log      records are appended
+  /// @return  number of own vertices left
+  /// Cost: about 1.5 evaluations of a star per removal and a logarithmic queue operation each.
+  std::size_t run(const SimplifyOptions& options, Segment& segment, Patch& patch, RetriangulationLog& log);
+
+ private:
+  struct Candidate {
+    bool valid = false;
+    unsigned apex = 0;
+    float cost = 0;
+  };
+
+  bool prepare(LocalIndex v);
+  Candidate evaluate(LocalIndex v);
+  bool fan_fits(unsigned apex) const;
+  double fan_cost(LocalIndex v, unsigned apex, double star_load);
+  double fan_shape(unsigned apex) const;
+  void refresh(LocalIndex v);
+  void remove(LocalIndex v, unsigned apex, RetriangulationLog& log);
+
+  const SimplifyOptions* options_ = nullptr;
+  Segment* segment_ = nullptr;
+  Patch* patch_ = nullptr;
+  RemovalQueue queue_;
+  std::vector<std::uint8_t> stale_;
+  std::vector<std::uint8_t> apex_;
+
+  // The star in hand.
+  Star star_;
+  FlatStar flat_;
+  std::array<Vec3, kMaxRing> offset_{};
+  std::array<Vec3, kMaxStarFaces> normal_{};  // doubled, of the wedges
+  std::array<float, kMaxStarFaces> wedge_load_{};
+  std::array<double, kMaxRing> fan_load_{};
+};
+
+}  // namespace remaps::simplify
