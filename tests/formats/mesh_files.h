@@ -1,6 +1,7 @@
 #pragma once
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
@@ -42,8 +43,9 @@ class MeshFiles : public testing::Test {
  protected:
   MeshFiles() {
     const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = std::filesystem::path(testing::TempDir()) /
-                 (std::string("remaps_") + test->test_suite_name() + "_" + test->name());
+    directory_ =
+        std::filesystem::path(testing::TempDir()) / ("remaps_" + std::to_string(::getpid()) + "_" +
+                                                     test->test_suite_name() + "_" + test->name());
     std::filesystem::remove_all(directory_);
     std::filesystem::create_directories(directory_);
   }

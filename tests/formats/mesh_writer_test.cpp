@@ -1,5 +1,6 @@
 #include "remaps/formats/mesh_writer.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <csignal>
@@ -88,8 +89,7 @@ TEST_F(MeshWriter, WritesTheShortestObj) {
 }
 
 TEST_F(MeshWriter, WidensIndicesWithTheNumberOfVertices) {
-  // Nothing of these sizes is written: the header is in the buffer, which a failed close never
-  // drops.
+  // A mesh of these sizes is only begun: enough to push the header out of the buffer.
   const std::pair<std::uint64_t, std::string_view> cases[] = {{0x7FFFFFFFULL, "uchar int "},
                                                               {0x80000000ULL, "uchar uint "},
                                                               {0xFFFFFFFFULL, "uchar uint "},
@@ -179,6 +179,41 @@ TEST_F(MeshWriter, ReportsWhatTheFileSystemRefuses) {
   std::filesystem::create_directory(directory() / "taken.ply");
   EXPECT_THROW(open_mesh_writer(directory() / "taken.ply", 0, 0)->close(), IoError);
   EXPECT_EQ(files(), 1U);
+}
+
+/// Lets no file of this process grow beyond a size, as a full disk would.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limited = {bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limited);
+  }
+  ~FileSizeLimit() {
+    ::setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+TEST_F(MeshWriter, LeavesNothingOnAFullDisk) {
+  const MeshContent mesh = sample_mesh(200'000);
+  const MeshContent small = sample_mesh(10'000);
+  for (const std::string_view name : {"a.ply", "a.obj"}) {
+    const FileSizeLimit limit(100'000);
+    EXPECT_THROW(write_mesh(directory() / name, mesh, 5000), IoError);
+    // This one fits the buffer: closing is what fails, again and again.
+    const auto writer = open_mesh_writer(directory() / name, 10'000, 0);
+    writer->write_positions(small.positions);
+    EXPECT_THROW(writer->close(), IoError);
+    EXPECT_THROW(writer->close(), IoError);
+    EXPECT_EQ(files(), 0U);
+  }
 }
 
 }  // namespace

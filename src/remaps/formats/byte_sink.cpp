@@ -41,12 +41,11 @@ void ByteSink::write(const void* bytes, std::size_t n) {
 
 void ByteSink::commit() {
   flush();
-  const bool closed = ::close(std::exchange(file_, -1)) == 0;
-  if (closed && ::rename(partial_path_.c_str(), path_.c_str()) == 0) return;
-  const int error = errno;
-  ::unlink(partial_path_.c_str());
-  errno = error;
-  fail(closed ? "rename the finished file to its name" : "close");
+  if (::close(std::exchange(file_, -1)) != 0) fail("close");
+  if (::rename(partial_path_.c_str(), path_.c_str()) != 0) {
+    fail("rename the finished file to its name");
+  }
+  partial_path_.clear();
 }
 
 void ByteSink::flush() {
@@ -60,13 +59,15 @@ void ByteSink::flush() {
 }
 
 void ByteSink::discard() noexcept {
-  if (file_ < 0) return;
-  ::close(std::exchange(file_, -1));
-  ::unlink(partial_path_.c_str());
+  if (file_ >= 0) ::close(std::exchange(file_, -1));
+  if (!partial_path_.empty()) ::unlink(partial_path_.c_str());
+  partial_path_.clear();
 }
 
-void ByteSink::fail(const char* doing) const {
-  throw IoError(fmt::format("{}: cannot {}: {}", path_.string(), doing, std::strerror(errno)));
+void ByteSink::fail(const char* doing) {
+  const int error = errno;
+  discard();
+  throw IoError(fmt::format("{}: cannot {}: {}", path_.string(), doing, std::strerror(error)));
 }
 
 }  // namespace remaps

@@ -38,9 +38,10 @@ class ByteSink {
  private:
   void flush();
   void discard() noexcept;
-  [[noreturn]] void fail(const char* doing) const;
+  /// Removes the temporary and throws: after a failure nothing more can be written.
+  [[noreturn]] void fail(const char* doing);
 
-  std::filesystem::path path_, partial_path_;
+  std::filesystem::path path_, partial_path_;  // the latter empty once there is no temporary
   int file_ = -1;
   std::size_t used_ = 0;
   std::unique_ptr<char[]> buffer_;
