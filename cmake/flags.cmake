@@ -9,7 +9,9 @@ target_compile_options(
             -Wshadow
             -Wconversion
             -Wsign-conversion
-            $<$<BOOL:${PROJECT_IS_TOP_LEVEL}>:-Werror>)
+            $<$<BOOL:${PROJECT_IS_TOP_LEVEL}>:-Werror>
+            # GCC 12's vectorizer drops a double -> float -> double rounding.
+            $<$<CXX_COMPILER_ID:GNU>:-fno-tree-slp-vectorize>)
 if(REMAPS_SANITIZE)
   target_compile_options(remaps_flags INTERFACE -fsanitize=${REMAPS_SANITIZE}
                                                 -fno-omit-frame-pointer -fno-sanitize-recover=all)

@@ -71,14 +71,6 @@ class MemoryMeter {
   std::atomic<std::int64_t> peak_ = 0;
 };
 
-double box_distance2(const Box3& box, const Vec3& p) {
-  const auto outside = [](double low, double x, double high) {
-    return std::max({low - x, x - high, 0.0});
-  };
-  return norm2({outside(box.low.x, p.x, box.high.x), outside(box.low.y, p.y, box.high.y),
-                outside(box.low.z, p.z, box.high.z)});
-}
-
 }  // namespace
 
 class ClosestPointTree::Impl {
@@ -199,7 +191,7 @@ ClosestPoint ClosestPointTree::Impl::closest(const Vec3& p, double bound2, Local
               .p = p,
               .margin = kAbsoluteMargin * (1 + reach),
               .best = {.triangle = kNoIndex, .distance2 = bound2, .weights = {}}};
-  if (triangles.empty() || box_distance2(box, p) * (1 - kRelativeMargin) > bound2) return {};
+  if (triangles.empty() || box_distance2(p, box) * (1 - kRelativeMargin) > bound2) return {};
   if (hint != kNoIndex) query.consider(hint);
   if (reach < kFar) {
     const Vec3f centre = to_float(q);

@@ -59,4 +59,12 @@ TrianglePoint closest_point_on_triangle(const Vec3& p, const TrianglePositions& 
   return best;
 }
 
+double box_distance2(const Vec3& p, const Box3& box) {
+  const auto outside = [](double low, double x, double high) {
+    return std::max({low - x, x - high, 0.0});
+  };
+  return norm2({outside(box.low.x, p.x, box.high.x), outside(box.low.y, p.y, box.high.y),
+                outside(box.low.z, p.z, box.high.z)});
+}
+
 }  // namespace remaps

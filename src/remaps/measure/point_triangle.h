@@ -19,4 +19,7 @@ struct TrianglePoint {
 /// segment or a point.
 TrianglePoint closest_point_on_triangle(const Vec3& p, const TrianglePositions& triangle);
 
+/// Squared distance from p to a box that is not empty; 0 inside.
+double box_distance2(const Vec3& p, const Box3& box);
+
 }  // namespace remaps

@@ -1,5 +1,6 @@
 #include "remaps/measure/surface_error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <optional>
@@ -10,6 +11,7 @@
 #include "remaps/base/errors.h"
 #include "remaps/base/workers.h"
 #include "remaps/measure/closest_point_tree.h"
+#include "remaps/measure/point_triangle.h"
 #include "remaps/measure/surface_sampler.h"
 
 namespace remaps {
@@ -19,71 +21,99 @@ constexpr std::uint64_t kLeastMemory = 1 << 20;
 constexpr std::size_t kPointsPerTask = 4096;
 constexpr std::uint64_t kTreeBytes = ClosestPointTree::kPeakBytesPerTriangle;
 
-/// How the memory is shared out.
+/// A tree of the scouts of one surface, and the scouts of both, in vectors that may be half empty.
+constexpr std::uint64_t kScoutBytes = kTreeBytes + 4 * sizeof(TrianglePositions);
+
+/// How many scouts a surface may have.
+std::uint64_t scouts_within(std::uint64_t memory_bytes) {
+  return std::min<std::uint64_t>(memory_bytes / 16 / kScoutBytes, 1 << 16);
+}
+
+/// How the memory is shared out in one direction.
 struct MemoryPlan {
-  explicit MemoryPlan(std::uint64_t bytes) {
-    if (bytes < kLeastMemory) throw BudgetError("measuring takes at least 1 MiB of memory");
-    points = bytes / 4 / sizeof(SurfacePoint);
-    // A tree of the scouts of one surface, and the scouts of both waiting for their turn.
-    constexpr std::uint64_t kScoutBytes = kTreeBytes + 4 * sizeof(TrianglePositions);
-    scouts = std::min<std::uint64_t>(bytes / 16 / kScoutBytes, 1 << 16);
-    tree_triangles = (bytes - points * sizeof(SurfacePoint) - scouts * kScoutBytes) / kTreeBytes;
-    tree_triangles = std::min<std::uint64_t>(tree_triangles, kNoIndex - 1);
+  /// @param triangles  of the surface that is searched
+  /// @param points     on the other
+  MemoryPlan(std::uint64_t bytes, std::uint64_t triangles, std::uint64_t points) {
+    const std::uint64_t available = bytes - scouts_within(bytes) * kScoutBytes;
+    const std::uint64_t whole = triangles * kTreeBytes;
+    // If the whole surface does not fit, every block costs a build of all its parts: few blocks,
+    // then.
+    const std::uint64_t share = whole <= available / 4 * 3 ? available - whole : available / 2;
+    block_points = std::min(points, share / sizeof(SurfacePoint));
+    part_triangles = (available - block_points * sizeof(SurfacePoint)) / kTreeBytes;
+    part_triangles = std::min<std::uint64_t>({part_triangles, triangles, kNoIndex - 1});
   }
 
-  std::uint64_t points;          // of a block
-  std::uint64_t scouts;          // of a surface
-  std::uint64_t tree_triangles;  // of a part of a surface
+  std::uint64_t block_points;    // that are in memory at a time
+  std::uint64_t part_triangles;  // of the surface that is searched, in a tree at a time
 };
 
 /// A surface as one or more trees that are in memory one after another.
 class TreeSequence {
  public:
-  TreeSequence(const TriangleSource& surface, const SurfaceSummary& summary, const MemoryPlan& plan,
-               unsigned threads)
+  TreeSequence(const TriangleSource& surface, const SurfaceSummary& summary,
+               std::uint64_t part_triangles, unsigned threads)
       : surface_(surface),
         scouts_(summary.scouts),
-        part_size_(std::min(plan.tree_triangles, summary.triangles)),
+        part_size_(part_triangles),
         parts_((summary.triangles + part_size_ - 1) / part_size_),
-        threads_(threads) {}
+        threads_(parts_ > 1 && part_size_ < kLeastForThreads ? 1 : threads) {}
 
-  /// How many trees a pass shows.
+  /// How many trees a pass shows at most.
   std::uint64_t size() const { return parts_ == 1 ? 1 : parts_ + 1; }
 
-  /// Shows a tree of scouts, if there is more than one part, and a tree of each part.
-  void pass(FunctionRef<void(const ClosestPointTree&)> show) {
+  /// Shows a tree of scouts, if there is more than one part, and then a tree of each part.
+  ///
+  /// @param wanted  asked with the box of a part before its tree is built; it is left out at a no
+  void pass(FunctionRef<bool(const Box3&)> wanted,
+            FunctionRef<void(const ClosestPointTree&)> show) {
     if (parts_ == 1) {
-      if (!kept_) stream_parts([&](ClosestPointTree& tree) { kept_ = std::move(tree); });
+      if (!kept_) {
+        stream_parts([&](std::vector<TrianglePositions>& part) {
+          kept_.emplace(std::move(part), threads_);
+        });
+      }
+      if (!kept_) throw GeometryError("the surface changed between two passes");
       show(*kept_);
       return;
     }
     if (!kept_) kept_.emplace(scouts_, threads_);
     show(*kept_);
-    stream_parts([&](ClosestPointTree& tree) {
+    stream_parts([&](std::vector<TrianglePositions>& part) {
+      if (!wanted(box_of(part))) return;
+      ClosestPointTree tree(std::move(part), threads_);
       show(tree);
-      part_ = std::move(tree).release();
+      part = std::move(tree).release();
     });
   }
 
  private:
-  void stream_parts(FunctionRef<void(ClosestPointTree&)> take) {
-    const auto finish_part = [&] {
-      ClosestPointTree tree(std::move(part_), threads_);
-      part_ = {};
-      take(tree);
-      part_.clear();
-    };
-    part_.reserve(part_size_);
+  /// Smaller parts are built by one thread: memory that Embree's own threads free stays in their
+  /// arenas.
+  static constexpr std::uint64_t kLeastForThreads = 1 << 19;
+
+  static Box3 box_of(std::span<const TrianglePositions> part) {
+    Box3 box;
+    for (const TrianglePositions& triangle : part) {
+      for (const Vec3& corner : triangle) box.add(corner);
+    }
+    return box;
+  }
+
+  void stream_parts(FunctionRef<void(std::vector<TrianglePositions>&)> take) const {
+    std::vector<TrianglePositions> part;
+    part.reserve(part_size_);
     surface_([&](std::span<const TrianglePositions> chunk) {
       while (!chunk.empty()) {
-        const std::size_t n = std::min<std::size_t>(chunk.size(), part_size_ - part_.size());
-        part_.insert(part_.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(n));
+        const std::size_t n = std::min<std::size_t>(chunk.size(), part_size_ - part.size());
+        part.insert(part.end(), chunk.begin(), chunk.begin() + static_cast<std::ptrdiff_t>(n));
         chunk = chunk.subspan(n);
-        if (part_.size() == part_size_) finish_part();
+        if (part.size() < part_size_) continue;
+        take(part);
+        part.clear();
       }
     });
-    if (!part_.empty()) finish_part();
-    part_ = {};
+    if (!part.empty()) take(part);
   }
 
   const TriangleSource& surface_;
@@ -92,7 +122,6 @@ class TreeSequence {
   const std::uint64_t parts_;
   const unsigned threads_;
   std::optional<ClosestPointTree> kept_;
-  std::vector<TrianglePositions> part_;
 };
 
 /// Sums over the samples of one surface, in the units of the file.
@@ -129,43 +158,59 @@ void approach(std::span<SurfacePoint> points, const ClosestPointTree& tree) {
   }
 }
 
+/// Whether something in the box could be nearer to one of the points than what it has.
+bool any_near(std::span<const SurfacePoint> points, const Box3& box) {
+  return std::any_of(points.begin(), points.end(), [&](const SurfacePoint& point) {
+    return box_distance2(point.position, box) * (1 - 1e-9) <= point.distance2;
+  });
+}
+
 /// Distances from one surface to another: one direction of the measure.
 class Direction {
  public:
   Direction(const TriangleSource& from, const SurfaceSummary& from_summary,
             const TriangleSource& to, const SurfaceSummary& to_summary,
-            const SurfaceErrorOptions& options, const MemoryPlan& memory)
+            const SurfaceErrorOptions& options)
       : from_(from),
         summary_(from_summary),
         plan_{.samples = std::max<std::uint64_t>(options.samples, 1),
               .seed = options.seed,
               .corners = 3 * from_summary.triangles <= options.samples},
-        block_size_(std::min(memory.points, plan_.points(from_summary))),
-        trees_(to, to_summary, memory, options.threads),
+        memory_(options.memory_bytes, to_summary.triangles, plan_.points(from_summary)),
+        trees_(to, to_summary, memory_.part_triangles, options.threads),
         options_(options) {}
 
   /// @param begun  the fraction of the whole job that is done before this direction, which is a
   /// half of it
   DistanceSums measure(double begun) {
     const std::uint64_t n = plan_.points(summary_);
-    const std::uint64_t blocks = (n + block_size_ - 1) / block_size_;
-    const double step = 0.5 / static_cast<double>(blocks * trees_.size());
+    const std::uint64_t blocks = (n + memory_.block_points - 1) / memory_.block_points;
     DistanceSums sums;
     std::vector<SurfacePoint> points;
-    for (std::uint64_t first = 0; first < n; first += block_size_) {
-      const std::uint64_t last = std::min(n, first + block_size_);
+    for (std::uint64_t block = 0; block < blocks; ++block) {
+      const std::uint64_t first = block * memory_.block_points;
+      const std::uint64_t last = std::min(n, first + memory_.block_points);
       sample_surface(from_, summary_, plan_, first, last, points, options_.progress);
-      trees_.pass([&](const ClosestPointTree& tree) {
-        approach_all(points, tree);
-        begun += step;
-        if (options_.progress != nullptr) options_.progress->advance(std::min(begun, 1.0));
-      });
+      std::uint64_t shown = 0;
+      trees_.pass([&](const Box3& box) { return any_near(points, box); },
+                  [&](const ClosestPointTree& tree) {
+                    approach_all(points, tree);
+                    const double share =
+                        static_cast<double>(++shown) / static_cast<double>(trees_.size());
+                    report(begun + 0.5 * (static_cast<double>(block) + share) /
+                                       static_cast<double>(blocks));
+                  });
       sums.add(points);
     }
+    report(begun + 0.5);
     return sums;
   }
 
  private:
+  void report(double fraction) const {
+    if (options_.progress != nullptr) options_.progress->advance(fraction);
+  }
+
   void approach_all(std::span<SurfacePoint> points, const ClosestPointTree& tree) const {
     const std::size_t tasks = (points.size() + kPointsPerTask - 1) / kPointsPerTask;
     run_ordered(tasks, options_.threads, [&](std::size_t i, unsigned) -> Commit {
@@ -179,7 +224,7 @@ class Direction {
   const TriangleSource& from_;
   const SurfaceSummary& summary_;
   const SamplingPlan plan_;
-  const std::uint64_t block_size_;
+  const MemoryPlan memory_;
   TreeSequence trees_;
   const SurfaceErrorOptions& options_;
 };
@@ -188,15 +233,18 @@ class Direction {
 
 SurfaceError measure_surface_error(const TriangleSource& original, const TriangleSource& remesh,
                                    const SurfaceErrorOptions& options) {
-  const MemoryPlan memory(options.memory_bytes);
+  if (options.memory_bytes < kLeastMemory) {
+    throw BudgetError("measuring takes at least 1 MiB of memory");
+  }
+  const std::uint64_t scouts = scouts_within(options.memory_bytes);
   if (options.progress != nullptr) options.progress->begin("measure");
-  const SurfaceSummary of_original = summarise_surface(original, memory.scouts, options.progress);
-  const SurfaceSummary of_remesh = summarise_surface(remesh, memory.scouts, options.progress);
+  const SurfaceSummary of_original = summarise_surface(original, scouts, options.progress);
+  const SurfaceSummary of_remesh = summarise_surface(remesh, scouts, options.progress);
 
   const DistanceSums forward =
-      Direction(original, of_original, remesh, of_remesh, options, memory).measure(0);
+      Direction(original, of_original, remesh, of_remesh, options).measure(0);
   const DistanceSums backward =
-      Direction(remesh, of_remesh, original, of_original, options, memory).measure(0.5);
+      Direction(remesh, of_remesh, original, of_original, options).measure(0.5);
 
   const double diagonal = of_original.box.diagonal();
   return {.diagonal = diagonal,

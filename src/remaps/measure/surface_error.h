@@ -9,12 +9,11 @@
 namespace remaps {
 
 struct SurfaceErrorOptions {
-  std::uint64_t samples = 1'000'000;  // on each surface; 1 or more
-  std::uint64_t seed = 1;             // of the places of the samples
-  unsigned threads = 1;               // makes no difference to the result, not by a bit
-  std::uint64_t memory_bytes =
-      256 << 20;                 // bound of buffers and trees; what the sources hold not included
-  Progress* progress = nullptr;  // phase "measure"; may be null
+  std::uint64_t samples = 1'000'000;       // on each surface; 1 or more
+  std::uint64_t seed = 1;                  // of the places of the samples
+  unsigned threads = 1;                    // makes no difference to the result, not by a bit
+  std::uint64_t memory_bytes = 256 << 20;  // for buffers and trees, without what sources hold
+  Progress* progress = nullptr;            // phase "measure"; may be null
 };
 
 /// How far two surfaces lie apart. Errors are fractions of `diagonal`.
@@ -37,13 +36,15 @@ struct SurfaceError {
 /// Surfaces may be of any size. The one that is sampled is streamed once a block of samples; the
 /// one that is searched is kept as one tree if that fits into memory, otherwise streamed through
 /// trees of its parts once a block, after a tree of a few triangles spread all over it has bounded
-/// every distance, so that most parts are passed by at their boxes. Coherent streams are faster.
+/// every distance, so that parts too far away are passed by without a tree. Streams in an order
+/// that is coherent in space are therefore faster.
 ///
 /// @throws GeometryError  a surface has no triangles or no area, or a coordinate is not finite
 /// @throws BudgetError    memory_bytes is below 1 MiB
 /// @throws Cancelled      by way of options.progress
 /// Deterministic: the result depends on the surfaces, samples and seed; on memory_bytes by rounding
 /// of sums only.
+/// Cost: 0.4 to 0.8 us a sample and direction, 0.6 us a triangle for a tree.
 SurfaceError measure_surface_error(const TriangleSource& original, const TriangleSource& remesh,
                                    const SurfaceErrorOptions& options = {});
 

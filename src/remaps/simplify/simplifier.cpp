@@ -129,15 +129,15 @@ void Simplifier::remove(LocalIndex v, unsigned apex, RetriangulationLog& log) {
   queue_.erase(v);
 }
 
-std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Patch& patch,
-                            RetriangulationLog& log) {
+std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Patch& patch, std::size_t alive,
+                            RetriangulationLog& log, std::vector<LocalIndex>& removed) {
   options_ = &options;
   segment_ = &segment;
   patch_ = &patch;
   queue_.reset(segment.own_vertices);
   stale_.assign(segment.own_vertices, 0);
   apex_.assign(segment.own_vertices, 0);
-  std::size_t left = segment.own_vertices;
+  std::size_t left = alive;
   for (LocalIndex v = 0; v < segment.own_vertices; ++v) {
     if (!segment.locked[v] && patch.vertex_alive(v)) refresh(v);
   }
@@ -154,6 +154,7 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
       continue;
     }
     remove(v, apex, log);
+    removed.push_back(v);
     --left;
     for (unsigned i = 0; i < star_.ring_size(); ++i) {
       const LocalIndex x = star_.ring[i];

@@ -11,7 +11,7 @@
 namespace remaps::simplify {
 
 struct SimplifyOptions {
-  std::size_t target_vertices = 0;  ///< stop when so many own vertices are left
+  std::size_t target_vertices = 0;  ///< stop when so many own vertices are left  
   double diagonal = 1;              ///< of the input's bounding box
   double wedge_floor = 0.0005;      ///< least planar_shape of a wedge of a flattened star
   double fan_floor = 0.002;         ///< least planar_shape of a new planar triangle
@@ -25,10 +25,13 @@ class Simplifier {
   /// Removes unlocked vertices, cheapest first, until target_vertices are left or none can go.
   ///
   /// @param segment  triangle is out of date afterwards: read the faces from patch; load and quadric are kept up
+  /// @param alive    number of own vertices that have faces
   /// @param log      records are appended
+  /// @param removed  the removed vertices are appended, one a record
   /// @return  number of own vertices left
   /// Cost: about 1.5 evaluations of a star per removal and a logarithmic queue operation each.
-  std::size_t run(const SimplifyOptions& options, Segment& segment, Patch& patch, RetriangulationLog& log);
+  std::size_t run(const SimplifyOptions& options, Segment& segment, Patch& patch, std::size_t alive,
+                  RetriangulationLog& log, std::vector<LocalIndex>& removed);
 
  private:
   struct Candidate {

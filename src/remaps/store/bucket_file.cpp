@@ -62,20 +62,34 @@ void BucketFile::flush(Bucket& bucket) {
   bucket.filling.clear();
 }
 
-void BucketFile::take(std::size_t index, Bytes& out) {
-  Bucket& bucket = buckets_[index];
-  out.resize(static_cast<std::size_t>(bucket.bytes));
-  std::size_t at = 0;
-  for (const Block& block : bucket.blocks) {
-    const std::span<std::byte> part(out.data() + at, block_bytes_);
-    file_.read_at(block.offset, part);
-    if (XXH3_64bits(part.data(), part.size()) != block.checksum) {
-      throw CorruptionError(path_.string() + ": block at byte " + std::to_string(block.offset) +
-                            " fails its checksum; the disk or another program changed it");
+void BucketFile::read(std::size_t index, std::uint64_t offset, std::uint64_t bytes, Bytes& out) const {
+  const Bucket& bucket = buckets_[index];
+  out.resize(static_cast<std::size_t>(bytes));
+  thread_local Bytes whole;
+  std::size_t done = 0;
+  while (done < out.size()) {
+    const std::uint64_t at = offset + done;
+    const auto number = static_cast<std::size_t>(at / block_bytes_);
+    const auto within = static_cast<std::size_t>(at % block_bytes_);
+    ByteSpan source = bucket.filling;
+    if (number < bucket.blocks.size()) {
+      const Block& block = bucket.blocks[number];
+      whole.resize(block_bytes_);
+      file_.read_at(block.offset, whole);
+      if (XXH3_64bits(whole.data(), whole.size()) != block.checksum) {
+        throw CorruptionError(path_.string() + ": block at byte " + std::to_string(block.offset) +
+                              " fails its checksum; the disk or another program changed it");
+      }
+      source = whole;
     }
-    at += block_bytes_;
+    source = source.subspan(within, std::min(source.size() - within, out.size() - done));
+    std::copy(source.begin(), source.end(), out.begin() + std::ptrdiff_t(done));
+    done += source.size();
   }
-  std::copy(bucket.filling.begin(), bucket.filling.end(), out.begin() + std::ptrdiff_t(at));
+}
+
+void BucketFile::release(std::size_t index) {
+  Bucket& bucket = buckets_[index];
   const std::scoped_lock lock(mutex_);
   for (const Block& block : bucket.blocks) free_.push_back(block.offset);
   bucket = {};

@@ -15,7 +15,7 @@ namespace remaps::store {
 /// with it. Each bucket fills a block in memory; full blocks go to the file, checksummed. Blocks of consumed buckets are
 /// used again, so the file grows to the largest amount alive at a time. What never fills a block never touches the disk.
 ///
-/// Appending is for one thread. Reading (`take`) may run on several, of buckets that nobody appends to any more.
+/// Appending is for one thread. Reading and releasing may run on several, of buckets that nobody appends to any more.
 class BucketFile {
  public:
   /// @param buffer_bytes  memory for all blocks being filled, reserved from the budget; the block size follows from it
@@ -32,9 +32,16 @@ class BucketFile {
   std::uint64_t bytes(std::size_t bucket) const { return buckets_[bucket].bytes; }
   std::uint64_t total_bytes() const;
 
-  /// Reads a bucket, whole and in the order of appending, into `out`, and frees its blocks.
+  /// Reads part of a bucket, in the order of appending; `out` is resized.
   /// @throws CorruptionError  a block fails its checksum
-  void take(std::size_t bucket, Bytes& out);
+  void read(std::size_t bucket, std::uint64_t offset, std::uint64_t bytes, Bytes& out) const;
+  /// Frees the space of a bucket, which is empty afterwards.
+  void release(std::size_t bucket);
+  /// Reads a whole bucket and frees it.
+  void take(std::size_t bucket, Bytes& out) {
+    read(bucket, 0, buckets_[bucket].bytes, out);
+    release(bucket);
+  }
 
   /// Appends a packed record: pack(Packer&) writes it.
   template <class Pack>

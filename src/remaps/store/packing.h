@@ -52,8 +52,9 @@ class Packer {
 
  private:
   void append(const void* data, std::size_t size) {
-    const auto* bytes = static_cast<const std::byte*>(data);
-    out_.insert(out_.end(), bytes, bytes + size);
+    const std::size_t at = out_.size();
+    out_.resize(at + size);
+    if (size > 0) std::memcpy(out_.data() + at, data, size);
   }
 
   Bytes& out_;

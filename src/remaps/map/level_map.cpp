@@ -1,0 +1,131 @@
+#include "remaps/map/level_map.h"
+
+#include <algorithm>
+
+#include "remaps/base/workers.h"
+
+namespace remaps::map {
+namespace {
+
+/// A run of points of one segment: the unit of work.
+struct Piece {
+  std::size_t segment;
+  std::uint64_t first;
+  std::uint64_t count;
+  bool last_of_segment;
+};
+
+struct Carried {
+  FaceLink link;
+  TaggedPoint point;
+};
+
+/// Hands out the segment that the pieces in work need; those of one segment share it.
+class SegmentCache {
+ public:
+  SegmentCache(const LevelMap& level, SegmentMap::Direction direction) : level_(level), direction_(direction) {}
+
+  std::shared_ptr<const LoadedSegment> get(std::size_t segment) {
+    const std::scoped_lock lock(mutex_);
+    if (latest_ == nullptr || latest_segment_ != segment) {
+      latest_.reset();
+      latest_ = level_.load(segment, direction_);
+      latest_segment_ = segment;
+    }
+    return latest_;
+  }
+
+ private:
+  const LevelMap& level_;
+  const SegmentMap::Direction direction_;
+  std::mutex mutex_;
+  std::size_t latest_segment_ = 0;
+  std::shared_ptr<const LoadedSegment> latest_;
+};
+
+template <class Count>
+std::vector<Piece> cut_into_pieces(std::size_t segments, std::size_t size, Count&& count) {
+  std::vector<Piece> pieces;
+  for (std::size_t segment = 0; segment < segments; ++segment) {
+    const std::uint64_t total = count(segment);
+    for (std::uint64_t first = 0; first < total; first += size) {
+      const std::uint64_t n = std::min<std::uint64_t>(size, total - first);
+      pieces.push_back({segment, first, n, first + n == total});
+    }
+  }
+  return pieces;
+}
+
+}  // namespace
+
+std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment, SegmentMap::Direction direction) const {
+  const std::string what = log_->path().string() + ": segment " + std::to_string(segment);
+  auto loaded = std::make_shared<LoadedSegment>();
+  store::Bytes bytes;
+  log_->read(2 * segment, bytes);
+  decode_records(bytes, what, loaded->log);
+  log_->read(2 * segment + 1, bytes);
+  decode_survivors(bytes, what, loaded->log);
+  const SegmentLog& log = loaded->log;
+  if (direction == SegmentMap::Direction::kForward) {
+    loaded->link.resize(log.faces);
+    for (std::size_t i = 0; i < log.survivor.size(); ++i) loaded->link[log.survivor[i]] = log.next[i];
+  } else if (log.level == 0) {
+    loaded->link.resize(log.faces);
+    for (LocalIndex f = 0; f < log.faces; ++f) loaded->link[f] = {static_cast<std::uint32_t>(segment), f};
+  } else {
+    loaded->link = log.origin;
+  }
+  loaded->map.build(log.records, log.faces, direction);
+  return loaded;
+}
+
+void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
+                  const CarryOptions& options, const PointSink& sink) {
+  SegmentCache cache(level, direction);
+  const std::vector<Piece> pieces = cut_into_pieces(
+      in.segments(), options.map_buffer, [&](std::size_t segment) { return in.count(segment); });
+  run_ordered(pieces.size(), options.threads, [&](std::size_t i, unsigned) -> Commit {
+    if (options.progress != nullptr) options.progress->check();
+    const Piece& piece = pieces[i];
+    auto points = std::make_shared<std::vector<TaggedPoint>>();
+    in.read(piece.segment, piece.first, piece.count, *points);
+    const std::shared_ptr<const LoadedSegment> loaded = cache.get(piece.segment);
+    for (TaggedPoint& point : *points) {
+      if (point.at.face >= loaded->link.size()) throw CorruptionError("a surface point lies on a face that does not exist");
+      loaded->map.carry({&point.at, 1});
+    }
+    return [&, points, loaded, i] {
+      for (TaggedPoint& point : *points) {
+        const FaceLink link = loaded->link[point.at.face];
+        point.at.face = link.face;
+        sink(link, point);
+      }
+      if (pieces[i].last_of_segment) in.release(pieces[i].segment);
+      if (options.progress != nullptr) options.progress->advance(double(i + 1) / double(pieces.size()));
+    };
+  });
+}
+
+void carry_removed_vertices(const LevelMap& level, const CarryOptions& options, const PointSink& sink) {
+  run_ordered(level.segments(), options.threads, [&](std::size_t i, unsigned) -> Commit {
+    if (options.progress != nullptr) options.progress->check();
+    const auto loaded = level.load(i, SegmentMap::Direction::kForward);
+    const RetriangulationLog& records = loaded->log.records;
+    auto carried = std::make_shared<std::vector<Carried>>(records.size());
+    for (std::size_t r = 0; r < records.size(); ++r) {
+      const unsigned corner = records.turn(r, 0);
+      const FacePoint start{records.face(r, 0), corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
+      FacePoint end = loaded->map.carry_from(start, static_cast<std::uint32_t>(r * 16));
+      const FaceLink link = loaded->link[end.face];
+      end.face = link.face;
+      (*carried)[r] = {link, {loaded->log.removed[r], end}};
+    }
+    return [&, carried, i] {
+      for (const Carried& c : *carried) sink(c.link, c.point);
+      if (options.progress != nullptr) options.progress->advance(double(i + 1) / double(level.segments()));
+    };
+  });
+}
+
+}  // namespace remaps::map

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+#include "remaps/base/progress.h"
+#include "remaps/pipeline/report.h"
+
+namespace remaps::pipeline {
+
+struct RemeshOptions {
+  std::filesystem::path input;
+  std::filesystem::path output;              ///< .ply or .obj; empty: parameterize only
+  std::filesystem::path bundle;              ///< a directory NAME.remaps; empty: none is kept
+  std::filesystem::path temp_dir;            ///< empty: beside the output or bundle
+  std::uint64_t base_vertices = 200;         ///< at least 4
+  unsigned level = 5;                        ///< subdivisions of the base, 0 to 14
+  std::uint64_t memory_bytes = 256u << 20;   ///< peak memory of the run, without the constant 32 MiB of program and libraries
+  unsigned threads = 0;                      ///< 0: one a processor
+  std::uint64_t domain_buffer = 0;           ///< faces in memory at a time (the paper's Maxf); 0: from memory_bytes
+  std::uint64_t map_buffer = 0;              ///< points in memory at a time (Maxv); 0: from memory_bytes
+  bool measure = true;                       ///< measure the two-sided error of the output
+  bool fit = false;                          ///< least-squares fit of the output's vertices to the input
+  std::uint64_t samples = 1'000'000;         ///< of the error, each way
+};
+
+/// The main job: from a mesh file to a semi-regular mesh, and the bundle with the map if wanted. Nothing appears under a
+/// final name before it is complete; whatever ends the run early leaves nothing behind.
+///
+/// @throws InputError, IoError, GeometryError, BudgetError, Cancelled
+Report remesh(const RemeshOptions& options, Progress& progress);
+
+struct ResampleBundleOptions {
+  std::filesystem::path bundle;
+  std::filesystem::path output;
+  std::filesystem::path temp_dir;
+  unsigned level = 5;
+  std::uint64_t memory_bytes = 256u << 20;
+  unsigned threads = 0;
+  bool measure = true;
+  bool fit = false;
+  std::uint64_t samples = 1'000'000;
+};
+
+/// Writes the semi-regular mesh of a bundle at any level.
+/// @throws CorruptionError  the bundle is damaged
+Report resample_bundle(const ResampleBundleOptions& options, Progress& progress);
+
+/// The error between two mesh files, as `remaps measure` gives it.
+struct MeasureOptions {
+  std::filesystem::path original;
+  std::filesystem::path remesh;
+  std::filesystem::path temp_dir;  ///< empty: the system's
+  std::uint64_t samples = 1'000'000;
+  std::uint64_t memory_bytes = 256u << 20;
+  unsigned threads = 0;
+};
+SurfaceError measure_files(const MeasureOptions& options, Progress& progress);
+
+}  // namespace remaps::pipeline

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "remaps/measure/surface_error.h"
+
+namespace remaps::pipeline {
+
+/// What a run did, as --report writes it. The keys of the JSON are part of the contract; see docs/formats/report.md.
+struct Report {
+  struct Sweep {
+    std::uint64_t faces_in = 0, faces_out = 0, segments = 0;
+  };
+  struct MemorySample {
+    double seconds = 0;
+    std::uint64_t rss_bytes = 0;
+  };
+  /// How evenly the map spreads the surface over the base.
+  struct Quality {
+    double area_ratio = 0;  ///< largest to median surface area of a base face
+    double l2_stretch = 0;  ///< area-weighted, 1 = isometric up to scale [Sander 2001]
+  };
+
+  std::string input_path;
+  std::uint64_t input_vertices = 0, input_faces = 0;
+  double bbox_diagonal = 0;
+  std::uint64_t components = 0, boundary_loops = 0;
+  std::int64_t euler_characteristic = 0;
+  std::uint64_t unreferenced_vertices = 0;  ///< repairs.unreferenced_vertices: vertices without a face
+
+  std::uint64_t base_vertices_requested = 0;
+  std::uint64_t base_vertices = 0, base_faces = 0;
+  unsigned level = 0;
+  std::string output_path;
+  std::uint64_t output_vertices = 0, output_faces = 0;
+
+  double seconds_ingest = 0, seconds_sweeps = 0, seconds_map = 0, seconds_resample = 0, seconds_measure = 0,
+         seconds_total = 0;
+  double cpu_seconds = 0;
+  std::uint64_t peak_rss_bytes = 0, memory_budget_bytes = 0;
+  std::uint64_t bytes_read = 0, bytes_written = 0;
+  unsigned threads = 1;
+  std::uint64_t domain_buffer = 0, map_buffer = 0;
+  std::vector<Sweep> sweeps;
+  std::optional<SurfaceError> error;
+  std::optional<Quality> quality;
+  std::vector<MemorySample> memory_trace;
+};
+
+std::string to_json(const Report& report);
+
+}  // namespace remaps::pipeline

@@ -1,0 +1,100 @@
+#include "remaps/pipeline/vertex_spool.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace remaps::pipeline {
+namespace {
+
+constexpr std::size_t kFlushVertices = 1 << 15;
+
+}  // namespace
+
+VertexSpool::~VertexSpool() {
+  std::error_code ignored;
+  std::filesystem::remove(path_, ignored);
+}
+
+void VertexSpool::choose_origin(std::span<const Vec3> positions, bool is_float) {
+  if (is_float) return;
+  Box3 box;
+  for (const Vec3& p : positions) box.add(p);
+  const Vec3 centre = 0.5 * (box.low + box.high);
+  if (norm(centre) > 1000 * box.diagonal()) origin_ = widen(to_float(centre));
+}
+
+void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
+                       const std::function<void(double)>& progress) {
+  reader.read_positions([&](std::span<const Vec3> positions) {
+    if (vertices_ == 0) choose_origin(positions, reader.positions_are_float());
+    for (const Vec3& p : positions) {
+      const Vec3f stored = to_float(p - origin_);
+      waiting_.push_back(stored);
+      box_.add(widen(stored));
+      if (sample != nullptr) sample->add(stored);
+    }
+    vertices_ += positions.size();
+    if (waiting_.size() >= kFlushVertices) flush();
+    progress(double(reader.bytes_read()) / double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
+  });
+  flush();
+  waiting_ = {};
+}
+
+void VertexSpool::flush() {
+  file_.write_at((vertices_ - waiting_.size()) * sizeof(Vec3f), std::as_bytes(std::span(waiting_)));
+  waiting_.clear();
+}
+
+void VertexSpool::read(std::uint64_t first, std::span<Vec3f> out) const {
+  file_.read_at(first * sizeof(Vec3f), std::as_writable_bytes(out));
+}
+
+VertexLookup::VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::uint64_t cache_bytes,
+                           MemoryBudget& budget)
+    : spool_(spool), cut_(cut) {
+  const std::uint64_t blocks = spool.vertices() / kBlock + 1;
+  slots_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(cache_bytes / (kBlock * sizeof(Entry)), 4, std::max<std::uint64_t>(blocks, 4)));
+  reservation_ = budget.reserve(slots_ * kBlock * sizeof(Entry) + blocks * sizeof(std::uint32_t), "the vertex cache");
+  entries_.resize(slots_ * kBlock);
+  slot_of_block_.assign(static_cast<std::size_t>(blocks), kNoIndex);
+  block_in_slot_.assign(slots_, ~std::uint64_t{0});
+  used_.assign(slots_, 0);
+}
+
+const VertexLookup::Entry& VertexLookup::load(VertexId v) {
+  while (used_[hand_]) {
+    used_[hand_] = 0;
+    hand_ = (hand_ + 1) % slots_;
+  }
+  const std::size_t slot = hand_;
+  hand_ = (hand_ + 1) % slots_;
+  if (block_in_slot_[slot] != ~std::uint64_t{0}) slot_of_block_[block_in_slot_[slot]] = kNoIndex;
+  const std::uint64_t block = v / kBlock;
+  block_in_slot_[slot] = block;
+  slot_of_block_[block] = static_cast<std::uint32_t>(slot);
+  used_[slot] = 1;
+
+  const std::uint64_t first = block * kBlock;
+  buffer_.resize(static_cast<std::size_t>(std::min(kBlock, spool_.vertices() - first)));
+  spool_.read(first, buffer_);
+  for (std::size_t i = 0; i < buffer_.size(); ++i) {
+    entries_[slot * kBlock + i] = {buffer_[i], cut_ == nullptr ? 0 : cut_->segment_of(buffer_[i])};
+  }
+  return entries_[slot * kBlock + v % kBlock];
+}
+
+TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup) {
+  return [&reader, &lookup](TriangleSink sink) {
+    std::vector<TrianglePositions> chunk;
+    reader.read_triangles([&](std::span<const Triangle> triangles) {
+      chunk.clear();
+      for (const Triangle& t : triangles) {
+        chunk.push_back({widen(lookup[t[0]].position), widen(lookup[t[1]].position), widen(lookup[t[2]].position)});
+      }
+      sink(chunk);
+    });
+  };
+}
+
+}  // namespace remaps::pipeline

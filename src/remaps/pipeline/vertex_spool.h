@@ -1,0 +1,93 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+#include "remaps/base/function_ref.h"
+#include "remaps/base/geometry.h"
+#include "remaps/base/memory_budget.h"
+#include "remaps/mesh/indexed_stream.h"
+#include "remaps/mesh/space_cut.h"
+#include "remaps/mesh/triangle_stream.h"
+#include "remaps/store/file.h"
+
+namespace remaps::pipeline {
+
+/// All vertex positions of an input in a temporary file, as floats relative to an origin: what faces are joined with.
+///
+/// The origin is zero unless the first vertices lie farther than 1000 times their own extent from zero (maps, surveys);
+/// then it is their centre, so that floats suffice. Input that is float in its file is kept as it is.
+class VertexSpool {
+ public:
+  explicit VertexSpool(const std::filesystem::path& path) : path_(path), file_(store::File::create(path)) {}
+  ~VertexSpool();
+  VertexSpool(const VertexSpool&) = delete;
+  VertexSpool& operator=(const VertexSpool&) = delete;
+
+  /// Reads all positions of `reader`. May be called once. Also samples them, and finds their box.
+  void fill(IndexedMeshReader& reader, PositionSample* sample, const std::function<void(double)>& progress);
+
+  std::uint64_t vertices() const { return vertices_; }
+  const Vec3& origin() const { return origin_; }
+  const Box3& box() const { return box_; }
+  /// Reads positions first ... first + out.size() - 1.
+  void read(std::uint64_t first, std::span<Vec3f> out) const;
+
+ private:
+  void choose_origin(std::span<const Vec3> positions, bool is_float);
+  void flush();
+
+  std::filesystem::path path_;
+  store::File file_;
+  Vec3 origin_;
+  Box3 box_;
+  std::uint64_t vertices_ = 0;
+  std::vector<Vec3f> waiting_;
+};
+
+/// Positions and segments of vertices by number, through a cache of blocks of the spool: a coherent input finds nearly
+/// everything there. With memory for all blocks it is a plain table.
+class VertexLookup {
+ public:
+  struct Entry {
+    Vec3f position;
+    std::uint32_t segment;
+  };
+
+  /// @param cut          optional: without it all segments are 0
+  /// @param cache_bytes  memory for blocks, reserved from the budget
+  VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::uint64_t cache_bytes, MemoryBudget& budget);
+
+  const Entry& operator[](VertexId v) {
+    const std::uint32_t slot = slot_of_block_[v / kBlock];
+    if (slot != kNoIndex) {
+      used_[slot] = 1;
+      return entries_[slot * kBlock + v % kBlock];
+    }
+    return load(v);
+  }
+
+ private:
+  static constexpr std::uint64_t kBlock = 2048;
+
+  const Entry& load(VertexId v);
+
+  const VertexSpool& spool_;
+  const SpaceCut* cut_;
+  std::size_t slots_;
+  Reservation reservation_;
+  std::vector<Entry> entries_;
+  std::vector<std::uint32_t> slot_of_block_;
+  std::vector<std::uint64_t> block_in_slot_;
+  std::vector<std::uint8_t> used_;  // second chance
+  std::size_t hand_ = 0;
+  std::vector<Vec3f> buffer_;
+};
+
+/// The triangles of a file with their corner positions, as a stream that can be repeated. `reader` and `lookup` must
+/// outlive it. Positions are relative to the spool's origin.
+TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup);
+
+}  // namespace remaps::pipeline

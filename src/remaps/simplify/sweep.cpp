@@ -1,0 +1,229 @@
+#include "remaps/simplify/sweep.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "remaps/base/workers.h"
+#include "remaps/simplify/sampling_load.h"
+#include "remaps/simplify/simplifier.h"
+
+namespace remaps::simplify {
+namespace {
+
+/// Buffers of one worker thread, kept from segment to segment.
+struct Lane {
+  VertexIndex index;
+  Segment segment;
+  Patch patch;
+  Simplifier simplifier;
+  SegmentLog log;
+  std::vector<LocalIndex> removed;
+};
+
+/// What one segment hands to its commit.
+struct SegmentResult {
+  store::PackedSection records;
+  store::PackedSection tile;
+  SegmentTopology topology;
+  std::vector<RoutedVertex> vertex;               // survivors among the own vertices
+  std::vector<Quadric> quadric;                   // of those
+  std::vector<std::array<RoutedVertex, 3>> face;  // surviving home faces
+  std::vector<float> load;                        // of those
+  SegmentLog log;                                 // survivor; next is filled at commit
+  std::uint64_t faces_in = 0;
+  std::uint64_t record_count = 0;
+  std::uint64_t unreferenced = 0;
+};
+
+[[noreturn]] void refuse(const ManifoldDefect& defect, const Segment& s, const std::string& input) {
+  const VertexId a = s.vertex_id[defect.vertex_a];
+  const VertexId b = s.vertex_id[defect.vertex_b];
+  using Kind = ManifoldDefect::Kind;
+  std::string what;
+  switch (defect.kind) {
+    case Kind::kDegenerateFace:
+      what = fmt::format("a face uses vertex {} twice (its other vertex is {})", a, b);
+      break;
+    case Kind::kEdgeFaces:
+      what = fmt::format("the edge between vertices {} and {} belongs to more than two faces", a, b);
+      break;
+    case Kind::kOrientation:
+      what = fmt::format("the two faces at the edge between vertices {} and {} are oriented against each other", a, b);
+      break;
+    default:
+      what = fmt::format("the faces at vertex {} form more than one fan", a);
+  }
+  throw GeometryError(fmt::format("{}: not a manifold surface: {} (vertices count from 0). Repair the mesh first, "
+                                  "for instance with MeshLab's \"Repair non manifold\" filters.",
+                                  input, what));
+}
+
+Tile make_tile(const Segment& s) {
+  // Foreign vertices that only ghosts use stay out.
+  Tile tile;
+  std::vector<LocalIndex> local(s.vertex_id.size(), kNoIndex);
+  std::vector<std::uint8_t> used(s.vertex_id.size(), 0);
+  for (LocalIndex f = 0; f < s.home_faces; ++f) {
+    for (const LocalIndex v : s.triangle[f]) used[v] = 1;
+  }
+  std::fill_n(used.begin(), s.own_vertices, std::uint8_t{1});
+  for (LocalIndex v = 0; v < s.vertex_id.size(); ++v) {
+    if (!used[v]) continue;
+    local[v] = static_cast<LocalIndex>(tile.vertex_id.size());
+    tile.vertex_id.push_back(s.vertex_id[v]);
+    tile.position.push_back(s.position[v]);
+  }
+  tile.own_vertices = s.own_vertices;
+  tile.triangle.reserve(s.home_faces);
+  for (LocalIndex f = 0; f < s.home_faces; ++f) {
+    const LocalTriangle& t = s.triangle[f];
+    tile.triangle.push_back({local[t[0]], local[t[1]], local[t[2]]});
+  }
+  tile.face_id.assign(s.face_id.begin(), s.face_id.begin() + s.home_faces);
+  return tile;
+}
+
+class Sweep {
+ public:
+  Sweep(DomainLevel& level, const SweepOptions& options, const SweepOutput& output)
+      : level_(level), options_(options), output_(output), lanes_(std::max(1u, options.threads)) {
+    counts_.segments = level.segments();
+  }
+
+  SweepCounts run() {
+    run_ordered(level_.segments(), options_.threads, [this](std::size_t i, unsigned lane) -> Commit {
+      if (options_.progress != nullptr) options_.progress->check();
+      std::shared_ptr<SegmentResult> result = process(i, lanes_[lane]);
+      return [this, i, result] { commit(i, *result); };
+    });
+    return counts_;
+  }
+
+ private:
+  std::shared_ptr<SegmentResult> process(std::size_t i, Lane& lane) {
+    auto result = std::make_shared<SegmentResult>();
+    Segment& s = lane.segment;
+    lane.log.clear();
+    lane.log.level = level_.level();
+    level_.load(i, lane.index, s, lane.log.origin);
+    result->faces_in = s.home_faces;
+    const ManifoldDefect defect = lane.patch.build(s.vertex_id.size(), s.own_vertices, s.triangle);
+    if (defect.kind != ManifoldDefect::Kind::kNone) refuse(defect, s, options_.input_name);
+    if (level_.level() == 0) prepare_input(lane, *result);
+    simplify(lane);
+    result->record_count = lane.log.records.size();
+    result->records = store::pack_section(encode_records(lane.log));
+    collect(lane, *result);
+    return result;
+  }
+
+  void prepare_input(Lane& lane, SegmentResult& result) const {
+    const Segment& s = lane.segment;
+    for (LocalIndex v = 0; v < s.own_vertices; ++v) result.unreferenced += !lane.patch.vertex_alive(v);
+    initialize_loads(lane.patch, options_.diagonal, lane.segment);
+    result.topology = count_segment(s, lane.patch);
+    result.tile = store::pack_section(encode_tile(make_tile(s)));
+  }
+
+  void simplify(Lane& lane) const {
+    Segment& s = lane.segment;
+    std::size_t alive = 0;
+    for (LocalIndex v = 0; v < s.own_vertices; ++v) alive += lane.patch.vertex_alive(v);
+    lane.log.faces = s.home_faces;
+    lane.removed.clear();
+    SimplifyOptions simplify;
+    simplify.target_vertices = output_.next == nullptr
+                                   ? static_cast<std::size_t>(options_.base_vertices)
+                                   : static_cast<std::size_t>(std::ceil(double(alive) * options_.keep));
+    simplify.diagonal = options_.diagonal;
+    alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
+    if (output_.next == nullptr && alive > simplify.target_vertices) {
+      // Nothing goes any more under the usual rules: allow worse shapes and one more valence before giving up.
+      simplify.wedge_floor = simplify.fan_floor = 1e-6;
+      simplify.max_valence = kMaxStarFaces - 1;
+      lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
+    }
+    for (const LocalIndex v : lane.removed) lane.log.removed.push_back(s.vertex_id[v]);
+  }
+
+  void collect(const Lane& lane, SegmentResult& result) const {
+    const Segment& s = lane.segment;
+    std::vector<std::uint32_t> segment(s.vertex_id.size(), 0);
+    if (output_.next != nullptr) {
+      for (LocalIndex v = 0; v < s.vertex_id.size(); ++v) {
+        if (lane.patch.vertex_alive(v)) segment[v] = output_.next->cut().segment_of(s.position[v]);
+      }
+    }
+    const auto routed = [&](LocalIndex v) { return RoutedVertex{s.vertex_id[v], s.position[v], segment[v]}; };
+    for (LocalIndex v = 0; v < s.own_vertices; ++v) {
+      if (!lane.patch.vertex_alive(v)) continue;
+      result.vertex.push_back(routed(v));
+      result.quadric.push_back(s.quadric[v]);
+    }
+    for (LocalIndex f = 0; f < s.home_faces; ++f) {
+      if (!lane.patch.face_alive(f)) continue;
+      const LocalTriangle& t = lane.patch.face(f);
+      result.face.push_back({routed(t[0]), routed(t[1]), routed(t[2])});
+      result.load.push_back(s.load[f]);
+      result.log.survivor.push_back(f);
+    }
+    result.log.faces = s.home_faces;
+  }
+
+  void commit(std::size_t i, SegmentResult& result) {
+    output_.log->append(result.records);
+    if (output_.tiles != nullptr) output_.tiles->append(result.tile);
+    if (output_.topology != nullptr) output_.topology->add(result.topology);
+    output_.next != nullptr ? hand_on(i, result) : finish_base(result);
+    output_.log->append(store::pack_section(encode_survivors(result.log)));
+    counts_.faces_in += result.faces_in;
+    counts_.faces_out += result.face.size();
+    counts_.vertices_out += result.vertex.size();
+    counts_.records += result.record_count;
+    counts_.unreferenced_vertices += result.unreferenced;
+    if (options_.progress != nullptr) options_.progress->advance(double(i + 1) / double(level_.segments()));
+  }
+
+  void hand_on(std::size_t i, SegmentResult& result) {
+    for (std::size_t v = 0; v < result.vertex.size(); ++v) {
+      output_.next->add_vertex(result.vertex[v], result.quadric[v]);
+      output_.sample->add(result.vertex[v].position);
+    }
+    for (std::size_t f = 0; f < result.face.size(); ++f) {
+      const FaceLink origin{static_cast<std::uint32_t>(i), result.log.survivor[f]};
+      result.log.next.push_back(output_.next->add_face(result.face[f], {0, result.load[f], origin}));
+    }
+  }
+
+  void finish_base(SegmentResult& result) {
+    BaseMesh& base = *output_.base;
+    VertexIndex index;
+    index.reset(result.vertex.size());
+    for (const RoutedVertex& v : result.vertex) {
+      index[v.id] = static_cast<LocalIndex>(base.vertex_id.size());
+      base.vertex_id.push_back(v.id);
+      base.position.push_back(v.position);
+    }
+    for (const auto& corner : result.face) {
+      result.log.next.push_back({0, static_cast<LocalIndex>(base.triangle.size())});
+      base.triangle.push_back({index[corner[0].id], index[corner[1].id], index[corner[2].id]});
+    }
+  }
+
+  DomainLevel& level_;
+  const SweepOptions& options_;
+  const SweepOutput& output_;
+  std::vector<Lane> lanes_;
+  SweepCounts counts_;
+};
+
+}  // namespace
+
+SweepCounts run_sweep(DomainLevel& level, const SweepOptions& options, const SweepOutput& output) {
+  return Sweep(level, options, output).run();
+}
+
+}  // namespace remaps::simplify
