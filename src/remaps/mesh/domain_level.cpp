@@ -89,6 +89,7 @@ FaceLink DomainLevel::add_face(const std::array<RoutedVertex, 3>& corner, const 
     }
   }
   ++faces_;
+  mixed_faces_ += corner[0].segment != corner[1].segment || corner[0].segment != corner[2].segment;
   return {home, home_faces_[home]++};
 }
 

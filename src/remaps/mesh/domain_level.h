@@ -53,6 +53,8 @@ class DomainLevel {
   const SpaceCut& cut() const { return cut_; }
   std::uint64_t vertices() const { return vertices_; }
   std::uint64_t faces() const { return faces_; }
+  /// Faces with corners in several segments; about as many vertices are locked by them.
+  std::uint64_t mixed_faces() const { return mixed_faces_; }
   /// Faces of the fullest segment, ghosts included.
   std::uint64_t largest_segment() const;
 
@@ -78,6 +80,7 @@ class DomainLevel {
   std::vector<LocalIndex> home_faces_;  // (segments) so far
   std::uint64_t vertices_ = 0;
   std::uint64_t faces_ = 0;
+  std::uint64_t mixed_faces_ = 0;
 };
 
 }  // namespace remaps

@@ -84,14 +84,13 @@ const VertexLookup::Entry& VertexLookup::load(VertexId v) {
   return entries_[slot * kBlock + v % kBlock];
 }
 
-TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup) {
-  return [&reader, &lookup](TriangleSink sink) {
+TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, const Vec3& shift) {
+  return [&reader, &lookup, shift](TriangleSink sink) {
     std::vector<TrianglePositions> chunk;
+    const auto position = [&](VertexId v) { return shift + widen(lookup[v].position); };
     reader.read_triangles([&](std::span<const Triangle> triangles) {
       chunk.clear();
-      for (const Triangle& t : triangles) {
-        chunk.push_back({widen(lookup[t[0]].position), widen(lookup[t[1]].position), widen(lookup[t[2]].position)});
-      }
+      for (const Triangle& t : triangles) chunk.push_back({position(t[0]), position(t[1]), position(t[2])});
       sink(chunk);
     });
   };

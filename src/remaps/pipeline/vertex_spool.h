@@ -87,7 +87,7 @@ class VertexLookup {
 };
 
 /// The triangles of a file with their corner positions, as a stream that can be repeated. `reader` and `lookup` must
-/// outlive it. Positions are relative to the spool's origin.
-TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup);
+/// outlive it. Positions are those of the spool plus `shift`.
+TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, const Vec3& shift);
 
 }  // namespace remaps::pipeline

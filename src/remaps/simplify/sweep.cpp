@@ -131,13 +131,17 @@ class Sweep {
   void simplify(Lane& lane) const {
     Segment& s = lane.segment;
     std::size_t alive = 0;
-    for (LocalIndex v = 0; v < s.own_vertices; ++v) alive += lane.patch.vertex_alive(v);
+    std::size_t locked = 0;
+    for (LocalIndex v = 0; v < s.own_vertices; ++v) {
+      alive += lane.patch.vertex_alive(v);
+      locked += s.locked[v];
+    }
     lane.log.faces = s.home_faces;
     lane.removed.clear();
     SimplifyOptions simplify;
     simplify.target_vertices = output_.next == nullptr
                                    ? static_cast<std::size_t>(options_.base_vertices)
-                                   : static_cast<std::size_t>(std::ceil(double(alive) * options_.keep));
+                                   : locked + static_cast<std::size_t>(std::ceil(double(alive - locked) * options_.keep));
     simplify.diagonal = options_.diagonal;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {

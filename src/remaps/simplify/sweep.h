@@ -14,7 +14,7 @@
 namespace remaps::simplify {
 
 struct SweepOptions {
-  double keep = 0.1;                ///< fraction of each segment's vertices to keep; not used by the last sweep
+  double keep = 0.1;                ///< fraction of each segment's free vertices to keep; not used by the last sweep
   std::uint64_t base_vertices = 200;///< where the last sweep stops
   double diagonal = 1;              ///< of the input's bounding box
   unsigned threads = 1;

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "remaps/base/memory_budget.h"
+#include "remaps/base/progress.h"
+#include "remaps/mesh/domain_level.h"
+#include "remaps/mesh/indexed_stream.h"
+#include "remaps/pipeline/memory_plan.h"
+#include "remaps/pipeline/vertex_spool.h"
+
+namespace remaps::pipeline {
+
+/// The input as the first level: cut by place, on disk.
+struct Ingested {
+  std::uint64_t vertices = 0;
+  std::uint64_t faces = 0;
+  Vec3 origin;
+  double diagonal = 0;
+  std::unique_ptr<DomainLevel> level;
+  PositionSample sample{1};  ///< of the vertices, for the cut of the next level
+};
+
+/// Segments that a level of so many faces needs: 1 when it fits the domain buffer.
+std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan);
+
+/// Reads an input in any order and routes its vertices and faces to the segments of the first level.
+/// @throws InputError  malformed; GeometryError: no faces
+Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan, const std::filesystem::path& temp_dir,
+                MemoryBudget& budget, Progress& progress);
+
+}  // namespace remaps::pipeline

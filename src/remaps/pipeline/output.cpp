@@ -1,0 +1,126 @@
+#include "remaps/pipeline/output.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <vector>
+
+#include "remaps/formats/mesh_reader.h"
+#include "remaps/formats/mesh_writer.h"
+#include "remaps/measure/surface_error.h"
+#include "remaps/pipeline/vertex_spool.h"
+#include "remaps/resample/dyadic_grid.h"
+#include "remaps/resample/resampler.h"
+
+namespace remaps::pipeline {
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// The input surface from the tiles, in order of place.
+TriangleSource triangles_of_tiles(const store::SectionFile& tiles) {
+  return [&tiles](TriangleSink sink) {
+    store::Bytes bytes;
+    Tile tile;
+    std::vector<TrianglePositions> triangles;
+    for (std::size_t i = 0; i < tiles.sections(); ++i) {
+      tiles.read(i, bytes);
+      decode_tile(bytes, tiles.path().string() + ": tile " + std::to_string(i), tile);
+      triangles.clear();
+      for (const auto& t : tile.triangle) {
+        triangles.push_back({widen(tile.position[t[0]]), widen(tile.position[t[1]]), widen(tile.position[t[2]])});
+      }
+      sink(triangles);
+    }
+  };
+}
+
+/// Sums up the quality of the map from the faces of the semi-regular mesh, which come base face by base face.
+class QualityMeter {
+ public:
+  explicit QualityMeter(unsigned level) : shift_(2 * level) {}
+
+  void add(std::span<const TrianglePositions> triangles) {
+    for (const TrianglePositions& t : triangles) {
+      const double area = 0.5 * norm(cross(t[1] - t[0], t[2] - t[0]));
+      const double squared_edges = norm2(t[1] - t[0]) + norm2(t[2] - t[1]) + norm2(t[0] - t[2]);
+      const auto face = static_cast<std::size_t>(count_++ >> shift_);
+      if (face == area_.size()) area_.push_back(0);
+      area_[face] += area;
+      total_ += area;
+      stretch_ += area * squared_edges / 3;  // [Sander et al. 2001], reference: equilateral with edges of length 1
+    }
+  }
+
+  Report::Quality result() {
+    Report::Quality quality;
+    if (area_.empty() || !(total_ > 0)) return quality;
+    const double reference = double(count_) * std::sqrt(3.0) / 4;
+    quality.l2_stretch = std::sqrt(stretch_ / total_) * std::sqrt(reference / total_);
+    const auto middle = area_.begin() + std::ptrdiff_t(area_.size() / 2);
+    std::nth_element(area_.begin(), middle, area_.end());
+    const double median = *middle;
+    quality.area_ratio = median > 0 ? *std::max_element(area_.begin(), area_.end()) / median : 0;
+    return quality;
+  }
+
+ private:
+  unsigned shift_;
+  std::uint64_t count_ = 0;
+  double total_ = 0;
+  double stretch_ = 0;
+  std::vector<double> area_;
+};
+
+void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan, MemoryBudget& budget,
+                    Progress& progress, Report& report) {
+  const auto reader = open_mesh_reader(job.output);
+  VertexSpool spool(job.temp_dir / "output-vertices");
+  spool.fill(*reader, nullptr, [](double) {});
+  VertexLookup lookup(spool, nullptr, plan.cache_bytes, budget);
+  const TriangleSource output = triangles_of(*reader, lookup, spool.origin() - bundle.manifest().origin);
+
+  QualityMeter meter(job.level);
+  output([&](std::span<const TrianglePositions> triangles) { meter.add(triangles); });
+  report.quality = meter.result();
+
+  SurfaceErrorOptions options;
+  options.samples = job.samples;
+  options.threads = job.threads;
+  options.memory_bytes = std::max<std::uint64_t>(plan.budget_bytes / 2, 8 << 20);
+  options.progress = &progress;
+  report.error = measure_surface_error(triangles_of_tiles(bundle.tiles()), output, options);
+}
+
+}  // namespace
+
+void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan, MemoryBudget& budget,
+                  Progress& progress, Report& report) {
+  auto start = std::chrono::steady_clock::now();
+  progress.begin("resample");
+  const BaseMesh& base = bundle.base();
+  const resample::DyadicGrid grid(narrow<std::uint32_t>(base.position.size()), base.triangle, job.level);
+  report.level = job.level;
+  report.output_vertices = grid.vertices();
+  report.output_faces = grid.faces();
+  resample::ResampleOptions options;
+  options.carry.threads = job.threads;
+  options.carry.map_buffer = plan.map_buffer;
+  options.carry.progress = &progress;
+  options.buffer_bytes = plan.bucket_bytes;
+  options.temp_dir = job.temp_dir;
+  options.origin = bundle.manifest().origin;
+  const auto writer = open_mesh_writer(job.output, grid.vertices(), grid.faces());
+  resample::resample_surface(bundle.files(), grid, options, budget, *writer);
+  writer->close();
+  report.seconds_resample = seconds_since(start);
+  if (!job.measure) return;
+  start = std::chrono::steady_clock::now();
+  progress.begin("measure");
+  measure_output(bundle, job, plan, budget, progress, report);
+  report.seconds_measure = seconds_since(start);
+}
+
+}  // namespace remaps::pipeline

@@ -1,0 +1,223 @@
+#include "remaps/pipeline/parameterize.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "remaps/formats/mesh_reader.h"
+#include "remaps/map/level_map.h"
+#include "remaps/pipeline/bundle.h"
+#include "remaps/pipeline/ingest.h"
+#include "remaps/pipeline/map_file.h"
+#include "remaps/simplify/sweep.h"
+
+namespace remaps::pipeline {
+namespace {
+
+constexpr std::uint64_t kBytesPerFace = 300;
+/// Fraction of a segment's vertices that a sweep keeps at least.
+constexpr double kKeep = 0.1;
+/// The last sweep runs in core; it does best when this many times the base is left to it (docs/design/sweeps.md).
+constexpr double kLeftToLastSweep = 30;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+class Parameterizer {
+ public:
+  Parameterizer(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
+                Report& report)
+      : job_(job), plan_(plan), budget_(budget), progress_(progress), report_(report) {}
+
+  void run() {
+    if (2 * job_.base_vertices > plan_.domain_buffer) {
+      throw BudgetError(fmt::format(
+          "{} base vertices need a domain buffer of at least {} faces; it has {}. Give --memory {}M or more, or a larger "
+          "--domain-buffer",
+          job_.base_vertices, 2 * job_.base_vertices, plan_.domain_buffer,
+          (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
+    }
+    auto start = std::chrono::steady_clock::now();
+    read_input();
+    report_.seconds_ingest = seconds_since(start);
+    start = std::chrono::steady_clock::now();
+    sweep_to_base();
+    report_.seconds_sweeps = seconds_since(start);
+    start = std::chrono::steady_clock::now();
+    map_vertices();
+    report_.seconds_map = seconds_since(start);
+    seal();
+  }
+
+ private:
+  void read_input() {
+    const auto reader = open_mesh_reader(job_.input);
+    ingested_ = ingest(*reader, plan_, job_.temp_dir, budget_, progress_);
+    report_.bytes_read += 2 * reader->bytes_total();
+    report_.input_path = job_.input.string();
+    report_.input_vertices = ingested_.vertices;
+    report_.input_faces = ingested_.faces;
+    report_.bbox_diagonal = ingested_.diagonal;
+    manifest_.input_name = job_.input.filename().string();
+    manifest_.input_vertices = ingested_.vertices;
+    manifest_.origin = ingested_.origin;
+    manifest_.diagonal = ingested_.diagonal;
+    manifest_.base_vertices_requested = job_.base_vertices;
+  }
+
+  /// The fraction to keep: a tenth, or what leaves enough to the last sweep.
+  double keep_fraction(const DomainLevel& level) const {
+    const double vertices = double(std::max<std::uint64_t>(level.vertices(), 1));
+    const double wanted = std::min(kLeftToLastSweep * double(job_.base_vertices), 0.4 * double(plan_.domain_buffer));
+    return std::clamp(wanted / vertices, kKeep, 0.9);
+  }
+
+  /// The level after this one. Vertices at the borders of segments stay, which counts when segments are small.
+  std::unique_ptr<DomainLevel> make_next(const DomainLevel& level, double keep, PositionSample& sample) {
+    const double vertices = double(level.vertices());
+    const double locked = std::min(double(level.mixed_faces()), vertices);
+    const double left = locked + keep * (vertices - locked);
+    const std::size_t segments = segments_for(static_cast<std::uint64_t>(2 * left), plan_);
+    return std::make_unique<DomainLevel>(level.level() + 1, SpaceCut(sample.kept(), segments, level.level() + 1),
+                                         job_.temp_dir, plan_.bucket_bytes, budget_);
+  }
+
+  Reservation reserve_lanes(const DomainLevel& level) {
+    const std::uint64_t faces = level.largest_segment();
+    const auto lanes = std::min<std::uint64_t>(job_.threads, level.segments());
+    return budget_.reserve(faces * kBytesPerFace * (lanes + (lanes > 1 ? 1 : 0)),
+                           fmt::format("simplifying segments of up to {} faces", faces));
+  }
+
+  void sweep_to_base() {
+    std::unique_ptr<DomainLevel> level = std::move(ingested_.level);
+    PositionSample sample = std::move(ingested_.sample);
+    std::optional<TopologyCounter> topology;
+    topology.emplace(job_.temp_dir, ingested_.vertices, plan_.bucket_bytes / 8, budget_);
+    store::SectionFileWriter tiles(job_.bundle / kTilesName, kTileKind);
+    while (level != nullptr) {
+      const unsigned number = level->level();
+      progress_.begin(level->segments() == 1 ? "last sweep" : fmt::format("sweep {}", number + 1));
+      const double keep = keep_fraction(*level);
+      std::unique_ptr<DomainLevel> next;
+      if (level->segments() > 1) next = make_next(*level, keep, sample);
+      PositionSample next_sample(1 << 17);
+      store::SectionFileWriter log(job_.bundle / log_name(number), kLogKind);
+      simplify::SweepOptions options;
+      options.keep = keep;
+      options.base_vertices = job_.base_vertices;
+      options.diagonal = ingested_.diagonal;
+      options.threads = job_.threads;
+      options.input_name = job_.input.string();
+      options.progress = &progress_;
+      simplify::SweepOutput output;
+      output.log = &log;
+      output.next = next.get();
+      output.sample = &next_sample;
+      output.base = &base_;
+      if (number == 0) {
+        output.tiles = &tiles;
+        output.topology = &*topology;
+      }
+      const Reservation lanes = reserve_lanes(*level);
+      const simplify::SweepCounts counts = run_sweep(*level, options, output);
+      log.seal();
+      record(number, counts);
+      if (number == 0) {
+        tiles.seal();
+        manifest_.topology = topology->finish();
+        topology.reset();
+      }
+      level = std::move(next);
+      sample = std::move(next_sample);
+    }
+  }
+
+  void record(unsigned level, const simplify::SweepCounts& counts) {
+    manifest_.segments.push_back(counts.segments);
+    report_.sweeps.push_back({counts.faces_in, counts.faces_out, counts.segments});
+    if (level == 0) report_.unreferenced_vertices = counts.unreferenced_vertices;
+    if (counts.segments > 1 && double(counts.faces_out) > 0.97 * double(counts.faces_in)) {
+      throw BudgetError(fmt::format(
+          "with segments of {} faces the sweeps cannot simplify further: {} faces are left. A --domain-buffer of {} faces "
+          "would take them in one piece",
+          plan_.segment_faces, counts.faces_out, counts.faces_out + counts.faces_out / 10));
+    }
+  }
+
+  void map_vertices() {
+    progress_.begin("map");
+    map::CarryOptions carry;
+    carry.threads = job_.threads;
+    carry.map_buffer = plan_.map_buffer;
+    MapFileWriter file(job_.temp_dir, ingested_.vertices, plan_.bucket_bytes, budget_);
+    std::unique_ptr<map::PointBuckets> points;
+    const std::size_t levels = manifest_.segments.size();
+    for (std::size_t l = 0; l < levels; ++l) {
+      const store::SectionFile log(job_.bundle / log_name(l), kLogKind);
+      const map::LevelMap level(log);
+      std::unique_ptr<map::PointBuckets> next;
+      if (l + 1 < levels) {
+        next = std::make_unique<map::PointBuckets>(job_.temp_dir / fmt::format("points-{}", l + 1),
+                                                   manifest_.segments[l + 1], plan_.bucket_bytes, budget_);
+      }
+      const auto sink = [&](const FaceLink& link, const map::TaggedPoint& point) {
+        next != nullptr ? next->add(link.segment, point) : file.add(point.tag, point.at);
+      };
+      map::carry_removed_vertices(level, carry, sink);
+      if (points != nullptr) map::carry_points(level, map::SegmentMap::Direction::kForward, *points, carry, sink);
+      points = std::move(next);
+      progress_.advance(double(l + 1) / double(levels));
+    }
+    add_base_vertices(file);
+    manifest_.map_checksum =
+        file.write(job_.bundle / kMapName, ingested_.vertices - report_.unreferenced_vertices);
+  }
+
+  void add_base_vertices(MapFileWriter& file) const {
+    std::vector<bool> done(base_.vertex_id.size(), false);
+    for (std::uint32_t f = 0; f < base_.triangle.size(); ++f) {
+      for (std::size_t i = 0; i < 3; ++i) {
+        const std::uint32_t v = base_.triangle[f][i];
+        if (done[v]) continue;
+        done[v] = true;
+        file.add(base_.vertex_id[v], {f, i == 1 ? 1.0 : 0.0, i == 2 ? 1.0 : 0.0});
+      }
+    }
+  }
+
+  void seal() {
+    write_base(base_, ingested_.origin, job_.bundle / kBaseName);
+    manifest_.base_checksum = checksum_file(job_.bundle / kBaseName);
+    write_manifest(manifest_, job_.bundle);
+    report_.components = manifest_.topology.components;
+    report_.boundary_loops = manifest_.topology.boundary_loops;
+    report_.euler_characteristic = manifest_.topology.euler_characteristic();
+    report_.base_vertices_requested = job_.base_vertices;
+    report_.base_vertices = base_.position.size();
+    report_.base_faces = base_.triangle.size();
+  }
+
+  const ParameterizeJob& job_;
+  const MemoryPlan& plan_;
+  MemoryBudget& budget_;
+  Progress& progress_;
+  Report& report_;
+  Ingested ingested_;
+  Manifest manifest_;
+  BaseMesh base_;
+};
+
+}  // namespace
+
+void parameterize(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
+                  Report& report) {
+  Parameterizer(job, plan, budget, progress, report).run();
+}
+
+}  // namespace remaps::pipeline
