@@ -8,7 +8,8 @@
 namespace remaps {
 
 /// Index of a vertex or a face in a stream or a file. 64 bits: a stream may be of any length.
-/// Inside a patch indices are 32-bit (LocalIndex); `narrow` converts and the compiler warns of the rest.
+/// Inside a patch indices are 32-bit (LocalIndex); `narrow` converts and the compiler warns of the
+/// rest.
 using VertexId = std::uint64_t;
 using FaceId = std::uint64_t;
 using LocalIndex = std::uint32_t;

@@ -36,21 +36,23 @@ class Reservation {
   std::uint64_t bytes_ = 0;
 };
 
-/// The memory that one run may use. Every buffer that grows with the input or with the options reserves its size here
-/// before it is allocated. Thread-safe.
+/// The memory that one run may use. Every buffer that grows with the input or with the options
+/// reserves its size here before it is allocated. Thread-safe.
 class MemoryBudget {
  public:
   explicit MemoryBudget(std::uint64_t bytes) : total_(bytes) {}
 
-  /// @throws BudgetError  less than `bytes` are left; says for what, and how much the run would have needed
+  /// @throws BudgetError  less than `bytes` are left; says for what, and how much the run would
+  /// have needed
   Reservation reserve(std::uint64_t bytes, std::string_view what) {
     const std::uint64_t before = used_.fetch_add(bytes);
     if (before + bytes > total_) {
       used_.fetch_sub(bytes);
-      throw BudgetError(std::string(what) + " needs " + std::to_string(bytes >> 20) + " MiB but only " +
-                        std::to_string((total_ - before) >> 20) + " MiB of the budget of " +
-                        std::to_string(total_ >> 20) + " MiB are left; --memory " +
-                        std::to_string(((before + bytes) >> 20) + 1) + "M would do for this step");
+      throw BudgetError(std::string(what) + " needs " + std::to_string(bytes >> 20) +
+                        " MiB but only " + std::to_string((total_ - before) >> 20) +
+                        " MiB of the budget of " + std::to_string(total_ >> 20) +
+                        " MiB are left; --memory " + std::to_string(((before + bytes) >> 20) + 1) +
+                        "M would do for this step");
     }
     return {this, bytes};
   }

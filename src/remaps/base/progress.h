@@ -10,11 +10,12 @@
 
 namespace remaps {
 
-/// Carries progress out of a long job and the wish to stop into it. One object a run; the core never
-/// prints, it reports here. `cancel` may be called from a signal handler or another thread.
+/// Carries progress out of a long job and the wish to stop into it. One object a run; the core
+/// never prints, it reports here. `cancel` may be called from a signal handler or another thread.
 class Progress {
  public:
-  /// Called with the name of the phase and the fraction done in it, 0 to 1. From one thread at a time.
+  /// Called with the name of the phase and the fraction done in it, 0 to 1. From one thread at a
+  /// time.
   using Listener = std::function<void(std::string_view phase, double fraction)>;
 
   Progress() = default;

@@ -93,7 +93,8 @@ void run_ordered(std::size_t n, unsigned threads,
   OrderedRun run(n, lanes, work);
   {
     std::vector<std::jthread> helpers;
-    for (unsigned lane = 1; lane < lanes; ++lane) helpers.emplace_back([&, lane] { run.lane(lane); });
+    for (unsigned lane = 1; lane < lanes; ++lane)
+      helpers.emplace_back([&, lane] { run.lane(lane); });
     run.lane(0);
   }
   run.rethrow();

@@ -23,7 +23,8 @@ struct Carried {
 /// Hands out the segment that the pieces in work need; those of one segment share it.
 class SegmentCache {
  public:
-  SegmentCache(const LevelMap& level, SegmentMap::Direction direction) : level_(level), direction_(direction) {}
+  SegmentCache(const LevelMap& level, SegmentMap::Direction direction)
+      : level_(level), direction_(direction) {}
 
   std::shared_ptr<const LoadedSegment> get(std::size_t segment) {
     const std::scoped_lock lock(mutex_);
@@ -58,7 +59,8 @@ std::vector<Piece> cut_into_pieces(std::size_t segments, std::size_t size, Count
 
 }  // namespace
 
-std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment, SegmentMap::Direction direction) const {
+std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment,
+                                                    SegmentMap::Direction direction) const {
   const std::string what = log_->path().string() + ": segment " + std::to_string(segment);
   auto loaded = std::make_shared<LoadedSegment>();
   store::Bytes bytes;
@@ -69,10 +71,12 @@ std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment, Segment
   const SegmentLog& log = loaded->log;
   if (direction == SegmentMap::Direction::kForward) {
     loaded->link.resize(log.faces);
-    for (std::size_t i = 0; i < log.survivor.size(); ++i) loaded->link[log.survivor[i]] = log.next[i];
+    for (std::size_t i = 0; i < log.survivor.size(); ++i)
+      loaded->link[log.survivor[i]] = log.next[i];
   } else if (log.level == 0) {
     loaded->link.resize(log.faces);
-    for (LocalIndex f = 0; f < log.faces; ++f) loaded->link[f] = {static_cast<std::uint32_t>(segment), f};
+    for (LocalIndex f = 0; f < log.faces; ++f)
+      loaded->link[f] = {static_cast<std::uint32_t>(segment), f};
   } else {
     loaded->link = log.origin;
   }
@@ -92,7 +96,8 @@ void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointB
     in.read(piece.segment, piece.first, piece.count, *points);
     const std::shared_ptr<const LoadedSegment> loaded = cache.get(piece.segment);
     for (TaggedPoint& point : *points) {
-      if (point.at.face >= loaded->link.size()) throw CorruptionError("a surface point lies on a face that does not exist");
+      if (point.at.face >= loaded->link.size())
+        throw CorruptionError("a surface point lies on a face that does not exist");
       loaded->map.carry({&point.at, 1});
     }
     return [&, points, loaded, i] {
@@ -102,12 +107,14 @@ void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointB
         sink(link, point);
       }
       if (pieces[i].last_of_segment) in.release(pieces[i].segment);
-      if (options.progress != nullptr) options.progress->advance(double(i + 1) / double(pieces.size()));
+      if (options.progress != nullptr)
+        options.progress->advance(double(i + 1) / double(pieces.size()));
     };
   });
 }
 
-void carry_removed_vertices(const LevelMap& level, const CarryOptions& options, const PointSink& sink) {
+void carry_removed_vertices(const LevelMap& level, const CarryOptions& options,
+                            const PointSink& sink) {
   run_ordered(level.segments(), options.threads, [&](std::size_t i, unsigned) -> Commit {
     if (options.progress != nullptr) options.progress->check();
     const auto loaded = level.load(i, SegmentMap::Direction::kForward);
@@ -123,7 +130,8 @@ void carry_removed_vertices(const LevelMap& level, const CarryOptions& options, 
     }
     return [&, carried, i] {
       for (const Carried& c : *carried) sink(c.link, c.point);
-      if (options.progress != nullptr) options.progress->advance(double(i + 1) / double(level.segments()));
+      if (options.progress != nullptr)
+        options.progress->advance(double(i + 1) / double(level.segments()));
     };
   });
 }

@@ -19,8 +19,8 @@ namespace remaps::map {
 struct LoadedSegment {
   SegmentLog log;
   SegmentMap map;
-  /// (faces) where each face is on the far side: at the next level (forward; meaningless for dropped faces), or at the
-  /// level before (inverse; itself at level 0).
+  /// (faces) where each face is on the far side: at the next level (forward; meaningless for
+  /// dropped faces), or at the level before (inverse; itself at level 0).
   std::vector<FaceLink> link;
 };
 
@@ -30,8 +30,10 @@ class LevelMap {
   explicit LevelMap(const store::SectionFile& log) : log_(&log) {}
 
   std::size_t segments() const { return log_->sections() / 2; }
-  /// @throws CorruptionError  the sections are damaged, or a link leads to a face that does not exist
-  std::shared_ptr<const LoadedSegment> load(std::size_t segment, SegmentMap::Direction direction) const;
+  /// @throws CorruptionError  the sections are damaged, or a link leads to a face that does not
+  /// exist
+  std::shared_ptr<const LoadedSegment> load(std::size_t segment,
+                                            SegmentMap::Direction direction) const;
 
  private:
   const store::SectionFile* log_;
@@ -43,17 +45,18 @@ struct CarryOptions {
   Progress* progress = nullptr;      ///< optional; checked for cancellation
 };
 
-/// Receives points at the far side of a level, with the segment of each; called on one thread at a time, in an order
-/// that does not depend on the number of threads.
+/// Receives points at the far side of a level, with the segment of each; called on one thread at a
+/// time, in an order that does not depend on the number of threads.
 using PointSink = std::function<void(const FaceLink& link, const TaggedPoint& point)>;
 
-/// Carries all points of `in` through a level and sends them to `sink`. Point buckets are by segment of the level on the
-/// near side; each is released when done.
+/// Carries all points of `in` through a level and sends them to `sink`. Point buckets are by
+/// segment of the level on the near side; each is released when done.
 void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
                   const CarryOptions& options, const PointSink& sink);
 
-/// Forward only: sends the vertices that this level removed, each carried from the origin of its own record. The tag is
-/// the vertex id.
-void carry_removed_vertices(const LevelMap& level, const CarryOptions& options, const PointSink& sink);
+/// Forward only: sends the vertices that this level removed, each carried from the origin of its
+/// own record. The tag is the vertex id.
+void carry_removed_vertices(const LevelMap& level, const CarryOptions& options,
+                            const PointSink& sink);
 
 }  // namespace remaps::map

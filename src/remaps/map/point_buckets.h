@@ -11,13 +11,15 @@
 
 namespace remaps::map {
 
-/// A surface point that knows who asked: the tag is a vertex id, a sample number, a line of a query.
+/// A surface point that knows who asked: the tag is a vertex id, a sample number, a line of a
+/// query.
 struct TaggedPoint {
   std::uint64_t tag = 0;
   FacePoint at;
 };
 
-/// Points on disk, sorted by the segment of the face that they lie on. Records of 25 bytes: tag (5), face (4), u, v (8).
+/// Points on disk, sorted by the segment of the face that they lie on. Records of 25 bytes: tag
+/// (5), face (4), u, v (8).
 class PointBuckets {
  public:
   PointBuckets(const std::filesystem::path& path, std::size_t segments, std::uint64_t buffer_bytes,
@@ -27,8 +29,10 @@ class PointBuckets {
   std::size_t segments() const { return file_.buckets(); }
   std::uint64_t count(std::size_t segment) const { return file_.bytes(segment) / kRecordBytes; }
   void add(std::size_t segment, const TaggedPoint& point);
-  /// Reads points first ... first + n - 1 of a segment. Safe on several threads once nothing more is added.
-  void read(std::size_t segment, std::uint64_t first, std::uint64_t n, std::vector<TaggedPoint>& out) const;
+  /// Reads points first ... first + n - 1 of a segment. Safe on several threads once nothing more
+  /// is added.
+  void read(std::size_t segment, std::uint64_t first, std::uint64_t n,
+            std::vector<TaggedPoint>& out) const;
   /// Frees the segment's disk space.
   void release(std::size_t segment) { file_.release(segment); }
 

@@ -6,7 +6,8 @@
 namespace remaps::map {
 namespace {
 
-/// Weights of p in a triangle from its signed areas (each opposite to its corner); clamps what rounding left outside.
+/// Weights of p in a triangle from its signed areas (each opposite to its corner); clamps what
+/// rounding left outside.
 struct Weights {
   double b0, b1, b2;
 };
@@ -81,7 +82,8 @@ unsigned apply_inverse(const Retriangulation& r, unsigned slot, FacePoint& point
     if (least >= 0) break;
   }
   const Weights w = normalized(best_sign[0], best_sign[1], best_sign[2]);
-  // Wedge order is (removed vertex, ring[i], ring[i + 1]); the face's own order starts `turn` corners earlier.
+  // Wedge order is (removed vertex, ring[i], ring[i + 1]); the face's own order starts `turn`
+  // corners earlier.
   const std::array<double, 3> in_wedge{w.b0, w.b1, w.b2};
   const unsigned turn = r.turn[best];
   point = {r.face[best], in_wedge[(4 - turn) % 3], in_wedge[(5 - turn) % 3]};
@@ -111,8 +113,9 @@ FacePoint SegmentMap::carry_from(FacePoint point, std::uint32_t link) const {
   while (link != kNoIndex) {
     const std::size_t r = link / 16;
     const Retriangulation record = (*log_)[r];
-    const unsigned slot = direction_ == Direction::kForward ? apply_forward(record, link % 16, point)
-                                                            : apply_inverse(record, link % 16, point);
+    const unsigned slot = direction_ == Direction::kForward
+                              ? apply_forward(record, link % 16, point)
+                              : apply_inverse(record, link % 16, point);
     link = next_[log_->face_offset(r) + slot];
   }
   return point;

@@ -10,9 +10,9 @@ namespace remaps {
 
 /// The base domain: what is left when nothing more is removed. Small; always in memory.
 struct BaseMesh {
-  std::vector<VertexId> vertex_id;                        ///< (v) input indices
-  std::vector<Vec3f> position;                            ///< (v)
-  std::vector<std::array<std::uint32_t, 3>> triangle;     ///< (f)
+  std::vector<VertexId> vertex_id;                     ///< (v) input indices
+  std::vector<Vec3f> position;                         ///< (v)
+  std::vector<std::array<std::uint32_t, 3>> triangle;  ///< (f)
 };
 
 }  // namespace remaps

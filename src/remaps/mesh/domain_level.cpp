@@ -55,7 +55,8 @@ std::uint64_t DomainLevel::largest_segment() const {
   return largest;
 }
 
-void DomainLevel::put_vertex(std::size_t segment, const RoutedVertex& vertex, const Quadric* quadric) {
+void DomainLevel::put_vertex(std::size_t segment, const RoutedVertex& vertex,
+                             const Quadric* quadric) {
   vertex_file_.append_record(segment, [&](store::Packer& packer) {
     packer.put40(checked_id(vertex.id) | (quadric == nullptr ? kAway : 0));
     packer.put(vertex.position);
@@ -68,11 +69,13 @@ void DomainLevel::add_vertex(const RoutedVertex& vertex, const Quadric& quadric)
   ++vertices_;
 }
 
-FaceLink DomainLevel::add_face(const std::array<RoutedVertex, 3>& corner, const FacePayload& payload) {
+FaceLink DomainLevel::add_face(const std::array<RoutedVertex, 3>& corner,
+                               const FacePayload& payload) {
   const std::uint32_t home = std::min({corner[0].segment, corner[1].segment, corner[2].segment});
   for (unsigned i = 0; i < 3; ++i) {
     const std::uint32_t segment = corner[i].segment;
-    if ((i > 0 && segment == corner[0].segment) || (i > 1 && segment == corner[1].segment)) continue;
+    if ((i > 0 && segment == corner[0].segment) || (i > 1 && segment == corner[1].segment))
+      continue;
     face_file_.append_record(segment, [&](store::Packer& packer) {
       packer.put40(corner[0].id | (segment == home ? 0 : kAway));
       packer.put40(corner[1].id);
@@ -93,7 +96,8 @@ FaceLink DomainLevel::add_face(const std::array<RoutedVertex, 3>& corner, const 
   return {home, home_faces_[home]++};
 }
 
-void DomainLevel::load(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin) {
+void DomainLevel::load(std::size_t segment, VertexIndex& scratch, Segment& out,
+                       std::vector<FaceLink>& origin) {
   out.clear();
   origin.clear();
   load_vertices(segment, scratch, out);

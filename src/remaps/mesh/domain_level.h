@@ -20,7 +20,8 @@ struct RoutedVertex {
   std::uint32_t segment = 0;
 };
 
-/// What a face takes along. At the first level its input index, afterwards its load and where it was.
+/// What a face takes along. At the first level its input index, afterwards its load and where it
+/// was.
 struct FacePayload {
   FaceId input_face = 0;
   float load = 0;
@@ -40,13 +41,13 @@ class VertexIndex {
   std::uint64_t mask_ = 0;
 };
 
-/// The domain mesh of one level on disk, cut into segments (see Segment). Filled through add_*, then loaded segment by
-/// segment; loading frees the disk space.
+/// The domain mesh of one level on disk, cut into segments (see Segment). Filled through add_*,
+/// then loaded segment by segment; loading frees the disk space.
 class DomainLevel {
  public:
   /// @param buffer_bytes  memory for the write buffers of all segments
-  DomainLevel(unsigned level, SpaceCut cut, const std::filesystem::path& directory, std::uint64_t buffer_bytes,
-              MemoryBudget& budget);
+  DomainLevel(unsigned level, SpaceCut cut, const std::filesystem::path& directory,
+              std::uint64_t buffer_bytes, MemoryBudget& budget);
 
   unsigned level() const { return level_; }
   std::size_t segments() const { return cut_.segments(); }
@@ -71,7 +72,8 @@ class DomainLevel {
  private:
   void put_vertex(std::size_t segment, const RoutedVertex& vertex, const Quadric* quadric);
   void load_vertices(std::size_t segment, VertexIndex& scratch, Segment& out);
-  void load_faces(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin);
+  void load_faces(std::size_t segment, VertexIndex& scratch, Segment& out,
+                  std::vector<FaceLink>& origin);
 
   unsigned level_;
   SpaceCut cut_;

@@ -38,8 +38,9 @@ class IndexedMeshReader {
   virtual std::uint64_t bytes_read() const = 0;
 };
 
-/// A triangle mesh being written as two streams: all positions, then all triangles. The file appears
-/// under its final name only when `close` succeeds; destroyed before that, it leaves nothing.
+/// A triangle mesh being written as two streams: all positions, then all triangles. The file
+/// appears under its final name only when `close` succeeds; destroyed before that, it leaves
+/// nothing.
 class IndexedMeshWriter {
  public:
   virtual ~IndexedMeshWriter() = default;

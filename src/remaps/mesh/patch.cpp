@@ -15,8 +15,8 @@ ManifoldDefect Patch::build(std::size_t vertices, std::size_t own,
   return defect.kind != ManifoldDefect::Kind::kNone ? defect : check_vertices(own);
 }
 
-/// Pairs the half-edges: those leaving each vertex are listed (counting sort), then each looks for its twin among
-/// those that leave its head.
+/// Pairs the half-edges: those leaving each vertex are listed (counting sort), then each looks for
+/// its twin among those that leave its head.
 ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
   bucket_start_.assign(first_corner_.size() + 1, 0);
   for (const LocalTriangle& t : triangles) {
@@ -28,7 +28,8 @@ ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
   for (std::size_t v = 1; v < bucket_start_.size(); ++v) bucket_start_[v] += bucket_start_[v - 1];
   bucket_.resize(3 * triangles.size());
   for (LocalIndex c = 0; c < bucket_.size(); ++c) bucket_[bucket_start_[corner_vertex(c)]++] = c;
-  for (std::size_t v = bucket_start_.size() - 1; v > 0; --v) bucket_start_[v] = bucket_start_[v - 1];
+  for (std::size_t v = bucket_start_.size() - 1; v > 0; --v)
+    bucket_start_[v] = bucket_start_[v - 1];
   bucket_start_[0] = 0;
 
   // Corner c stands for the half-edge next(c) -> previous(c) opposite to it.
@@ -60,8 +61,8 @@ ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
   return {};
 }
 
-/// Finds each vertex's first corner and counts its faces in one fan; a vertex with more faces than its first fan holds
-/// is no manifold vertex.
+/// Finds each vertex's first corner and counts its faces in one fan; a vertex with more faces than
+/// its first fan holds is no manifold vertex.
 ManifoldDefect Patch::check_vertices(std::size_t own) {
   for (LocalIndex v = 0; v < first_corner_.size(); ++v) {
     const std::uint32_t faces = bucket_start_[v + 1] - bucket_start_[v];

@@ -21,8 +21,9 @@ inline LocalIndex previous_corner(LocalIndex c) {
   return c % 3 == 0 ? c + 2 : c - 1;
 }
 
-/// The 1-ring of a vertex: wedge i is the face of corner[i], its outer edge runs from ring[i] to ring[i + 1]
-/// (modulo n for an interior vertex; n = wedges at an interior vertex, wedges + 1 at a boundary one).
+/// The 1-ring of a vertex: wedge i is the face of corner[i], its outer edge runs from ring[i] to
+/// ring[i + 1] (modulo n for an interior vertex; n = wedges at an interior vertex, wedges + 1 at a
+/// boundary one).
 struct Star {
   unsigned wedges = 0;
   bool boundary = false;
@@ -40,20 +41,22 @@ struct ManifoldDefect {
   LocalIndex vertex_b = kNoIndex;
 };
 
-/// A piece of a triangle mesh in memory: corner table with adjacency, for local operators. Face ids are stable: an
-/// operator reuses the ids of the star that it changes. Memory: 24 B a face + 8 B a vertex.
-/// Buffers are kept from one `build` to the next.
+/// A piece of a triangle mesh in memory: corner table with adjacency, for local operators. Face ids
+/// are stable: an operator reuses the ids of the star that it changes. Memory: 24 B a face + 8 B a
+/// vertex. Buffers are kept from one `build` to the next.
 class Patch {
  public:
   /// Takes a set of triangles and finds their adjacency.
   ///
   /// @param vertices   number of vertices; every index is below it
-  /// @param own        the first `own` vertices have their whole star among the triangles; of the others part may be
+  /// @param own        the first `own` vertices have their whole star among the triangles; of the
+  /// others part may be
   ///                   missing, and they are not checked
   /// @param triangles  (f)
-  /// @return  the first defect found (by face, then by vertex), or kNone. After a defect the patch is unusable.
-  /// Cost: linear.
-  ManifoldDefect build(std::size_t vertices, std::size_t own, std::span<const LocalTriangle> triangles);
+  /// @return  the first defect found (by face, then by vertex), or kNone. After a defect the patch
+  /// is unusable. Cost: linear.
+  ManifoldDefect build(std::size_t vertices, std::size_t own,
+                       std::span<const LocalTriangle> triangles);
 
   std::size_t vertex_slots() const { return first_corner_.size(); }
   std::size_t face_slots() const { return vertex_.size(); }
@@ -94,12 +97,13 @@ class Patch {
     }
   }
 
-  /// True when filling the star of v by the fan about ring[apex] keeps the surface a manifold of the same topology:
-  /// no new edge exists already, and no two faces get the same vertices (link condition).
+  /// True when filling the star of v by the fan about ring[apex] keeps the surface a manifold of
+  /// the same topology: no new edge exists already, and no two faces get the same vertices (link
+  /// condition).
   bool fan_keeps_topology(const Star& star, unsigned apex) const;
 
-  /// Removes the vertex whose star is given and fills the hole with the fan about ring[apex], face ids as in
-  /// Retriangulation. Requires fan_keeps_topology.
+  /// Removes the vertex whose star is given and fills the hole with the fan about ring[apex], face
+  /// ids as in Retriangulation. Requires fan_keeps_topology.
   void retriangulate(LocalIndex v, const Star& star, unsigned apex);
 
  private:
@@ -108,11 +112,11 @@ class Patch {
   void link(LocalIndex a, LocalIndex b);
   LocalIndex clockwise_most(LocalIndex corner) const;
 
-  std::vector<LocalTriangle> vertex_;      // (faces)
-  std::vector<LocalTriangle> opposite_;    // (faces)
-  std::vector<LocalIndex> first_corner_;   // (vertices)
-  std::vector<std::uint16_t> valence_;     // (vertices)
-  std::vector<std::uint8_t> boundary_;     // (vertices)
+  std::vector<LocalTriangle> vertex_;     // (faces)
+  std::vector<LocalTriangle> opposite_;   // (faces)
+  std::vector<LocalIndex> first_corner_;  // (vertices)
+  std::vector<std::uint16_t> valence_;    // (vertices)
+  std::vector<std::uint8_t> boundary_;    // (vertices)
   std::vector<std::uint32_t> bucket_start_;
   std::vector<std::uint32_t> bucket_;
 };

@@ -6,9 +6,10 @@
 
 namespace remaps {
 
-/// Quadratic form of area-weighted squared distances to planes (length^4), centred at the vertex that carries it: the
-/// argument is an offset from that vertex. Centring is what lets floats suffice.
-/// Source: Garland, Heckbert, Surface Simplification Using Quadric Error Metrics, SIGGRAPH 97.
+/// Quadratic form of area-weighted squared distances to planes (length^4), centred at the vertex
+/// that carries it: the argument is an offset from that vertex. Centring is what lets floats
+/// suffice. Source: Garland, Heckbert, Surface Simplification Using Quadric Error Metrics,
+/// SIGGRAPH 97.
 struct Quadric {
   // a00 a11 a22 a01 a02 a12 b0 b1 b2 c: x'Ax + 2 b'x + c
   std::array<float, 10> q{};

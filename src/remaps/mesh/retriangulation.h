@@ -7,16 +7,17 @@
 
 #include "remaps/base/geometry.h"
 
-/// One removal of a vertex, as a record. The sequence of records is the map between the input and the
-/// base: see docs/design/log-is-the-map.md. This header is the one thing that the room that writes records
-/// (simplify) and the room that follows them (map) have in common.
+/// One removal of a vertex, as a record. The sequence of records is the map between the input and
+/// the base: see docs/design/log-is-the-map.md. This header is the one thing that the room that
+/// writes records (simplify) and the room that follows them (map) have in common.
 ///
-/// The star of the removed vertex is flattened with the vertex at the origin of a planar integer grid. Its k
-/// triangles are the wedges (origin, ring[i], ring[i + 1]); an interior vertex has n = k ring points and the last
-/// wedge closes the ring; a boundary vertex has n = k + 1 ring points and the segment from ring[n - 1] to ring[0]
-/// passes through the origin. The hole is filled by the n - 2 triangles of the fan about ring[apex]:
-/// triangle j is (ring[apex], ring[apex + 1 + j], ring[apex + 2 + j]), indices modulo n, and takes the id of wedge j.
-/// The ids of the last wedges are dropped.
+/// The star of the removed vertex is flattened with the vertex at the origin of a planar integer
+/// grid. Its k triangles are the wedges (origin, ring[i], ring[i + 1]); an interior vertex has n =
+/// k ring points and the last wedge closes the ring; a boundary vertex has n = k + 1 ring points
+/// and the segment from ring[n - 1] to ring[0] passes through the origin. The hole is filled by the
+/// n - 2 triangles of the fan about ring[apex]: triangle j is (ring[apex], ring[apex + 1 + j],
+/// ring[apex + 2 + j]), indices modulo n, and takes the id of wedge j. The ids of the last wedges
+/// are dropped.
 namespace remaps {
 
 /// A point on the integer grid of a flattened star. |x|, |y| <= kGridRadius.
@@ -26,8 +27,9 @@ struct GridPoint {
   friend bool operator==(const GridPoint&, const GridPoint&) = default;
 };
 
-/// Ring coordinates fit in 14 bits and a sign; points inside a star are multiples of 2^-22. With both, the sign of
-/// every orientation below is exact in doubles: 15 + 37 bits a product, 53 with the sum.
+/// Ring coordinates fit in 14 bits and a sign; points inside a star are multiples of 2^-22. With
+/// both, the sign of every orientation below is exact in doubles: 15 + 37 bits a product, 53 with
+/// the sum.
 inline constexpr int kGridRadius = 16383;
 inline constexpr unsigned kMaxStarFaces = 14;
 inline constexpr unsigned kMaxRing = kMaxStarFaces + 1;
@@ -58,12 +60,14 @@ inline double orientation(GridPoint a, GridPoint b, PlanarPoint p) {
 
 /// One removal, unpacked. Plain data, 160 bytes; made by simplify, read by map and verify.
 struct Retriangulation {
-  std::uint8_t wedges = 0;    ///< k, the triangles of the star: 3 (2 at a boundary) to kMaxStarFaces
-  bool boundary = false;      ///< the removed vertex lies on a boundary
-  std::uint8_t apex = 0;      ///< the ring point that the new triangles fan about
-  std::array<LocalIndex, kMaxStarFaces> face{};     ///< (k) ids of the star's triangles, counter-clockwise
-  std::array<std::uint8_t, kMaxStarFaces> turn{};   ///< (k) which corner of face[i] is the removed vertex
-  std::array<GridPoint, kMaxRing> ring{};           ///< (n) flattened ring, counter-clockwise
+  std::uint8_t wedges = 0;  ///< k, the triangles of the star: 3 (2 at a boundary) to kMaxStarFaces
+  bool boundary = false;    ///< the removed vertex lies on a boundary
+  std::uint8_t apex = 0;    ///< the ring point that the new triangles fan about
+  std::array<LocalIndex, kMaxStarFaces>
+      face{};  ///< (k) ids of the star's triangles, counter-clockwise
+  std::array<std::uint8_t, kMaxStarFaces>
+      turn{};                              ///< (k) which corner of face[i] is the removed vertex
+  std::array<GridPoint, kMaxRing> ring{};  ///< (n) flattened ring, counter-clockwise
 
   unsigned ring_size() const { return wedges + (boundary ? 1u : 0u); }
   unsigned triangles() const { return ring_size() - 2; }
@@ -77,7 +81,8 @@ struct Retriangulation {
 
 /// Records of one segment, in removal order, packed. A record takes 2 + k + n words of 32 bits:
 ///   word 0: k (bits 0-3), boundary (bit 4), apex (bits 8-11);  word 1: turn, 2 bits a wedge;
-///   k words: face ids;  n words: ring points, x in the low half, y in the high half, two's complement.
+///   k words: face ids;  n words: ring points, x in the low half, y in the high half, two's
+///   complement.
 class RetriangulationLog {
  public:
   void clear() {
@@ -104,12 +109,15 @@ class RetriangulationLog {
     }
   }
 
-  /// Where the face ids of record r start among words(): a stable number for the pair (record, slot).
+  /// Where the face ids of record r start among words(): a stable number for the pair (record,
+  /// slot).
   std::uint32_t face_offset(std::size_t r) const { return starts_[r] + 2; }
   unsigned wedges(std::size_t r) const { return words_[starts_[r]] & 15u; }
   bool boundary(std::size_t r) const { return (words_[starts_[r]] & 16u) != 0; }
   unsigned apex(std::size_t r) const { return (words_[starts_[r]] >> 8) & 15u; }
-  unsigned turn(std::size_t r, unsigned i) const { return (words_[starts_[r] + 1] >> (2 * i)) & 3u; }
+  unsigned turn(std::size_t r, unsigned i) const {
+    return (words_[starts_[r] + 1] >> (2 * i)) & 3u;
+  }
   LocalIndex face(std::size_t r, unsigned i) const { return words_[starts_[r] + 2 + i]; }
   GridPoint ring(std::size_t r, unsigned i) const {
     const std::uint32_t word = words_[starts_[r] + 2 + wedges(r) + i];

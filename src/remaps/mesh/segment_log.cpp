@@ -18,7 +18,8 @@ void put_deltas(Packer& packer, std::span<const std::uint64_t> values) {
 }
 
 void get_deltas(Unpacker& unpacker, std::uint64_t count, std::vector<std::uint64_t>& values) {
-  if (count > unpacker.left()) throw CorruptionError("a list announces more elements than it has bytes");
+  if (count > unpacker.left())
+    throw CorruptionError("a list announces more elements than it has bytes");
   values.resize(static_cast<std::size_t>(count));
   std::uint64_t before = 0;
   for (std::uint64_t& value : values) {
@@ -44,7 +45,8 @@ void SegmentLog::clear() {
 
 Bytes encode_records(const SegmentLog& log) {
   Bytes bytes;
-  bytes.reserve(log.records.words().size_bytes() + log.origin.size() * sizeof(FaceLink) + log.removed.size() * 3 + 64);
+  bytes.reserve(log.records.words().size_bytes() + log.origin.size() * sizeof(FaceLink) +
+                log.removed.size() * 3 + 64);
   Packer packer(bytes);
   packer.put(log.level);
   packer.put(log.faces);
@@ -147,7 +149,8 @@ void decode_tile(store::ByteSpan bytes, const std::string& what, Tile& tile) {
   for (auto& t : tile.triangle) {
     for (LocalIndex& v : t) {
       before += unpacker.get_signed();
-      if (before < 0 || before >= vertices) refuse(what, "a face names a vertex that does not exist");
+      if (before < 0 || before >= vertices)
+        refuse(what, "a face names a vertex that does not exist");
       v = static_cast<LocalIndex>(before);
     }
   }

@@ -17,16 +17,19 @@ struct FaceLink {
   friend bool operator==(const FaceLink&, const FaceLink&) = default;
 };
 
-/// What a sweep did to one segment. Two sections of the level's log file: the first is known when the segment is done,
-/// the second (`survivor`, `next`) when it is committed. Byte-level format: docs/formats/log.md.
+/// What a sweep did to one segment. Two sections of the level's log file: the first is known when
+/// the segment is done, the second (`survivor`, `next`) when it is committed. Byte-level format:
+/// docs/formats/log.md.
 struct SegmentLog {
   std::uint32_t level = 0;
-  LocalIndex faces = 0;               ///< home faces before the first record; local ids are below
-  std::vector<FaceLink> origin;       ///< (faces) the same faces at the end of the sweep before; empty at level 0
-  RetriangulationLog records;         ///< in removal order
-  std::vector<VertexId> removed;      ///< (records) input index of each removed vertex
-  std::vector<LocalIndex> survivor;   ///< (s) local ids of the faces that are left, ascending
-  std::vector<FaceLink> next;         ///< (s) the same faces at the next level; at the last: segment 0, base face
+  LocalIndex faces = 0;  ///< home faces before the first record; local ids are below
+  std::vector<FaceLink>
+      origin;  ///< (faces) the same faces at the end of the sweep before; empty at level 0
+  RetriangulationLog records;        ///< in removal order
+  std::vector<VertexId> removed;     ///< (records) input index of each removed vertex
+  std::vector<LocalIndex> survivor;  ///< (s) local ids of the faces that are left, ascending
+  std::vector<FaceLink>
+      next;  ///< (s) the same faces at the next level; at the last: segment 0, base face
 
   void clear();
 };
@@ -40,14 +43,14 @@ store::Bytes encode_survivors(const SegmentLog& log);
 void decode_records(store::ByteSpan bytes, const std::string& what, SegmentLog& log);
 void decode_survivors(store::ByteSpan bytes, const std::string& what, SegmentLog& log);
 
-/// A first-level segment's home faces with the positions of their corners: the input, sorted by place. What a sample is
-/// looked up on. Byte-level format: docs/formats/tiles.md.
+/// A first-level segment's home faces with the positions of their corners: the input, sorted by
+/// place. What a sample is looked up on. Byte-level format: docs/formats/tiles.md.
 struct Tile {
-  LocalIndex own_vertices = 0;                        ///< the first so many belong to this tile
-  std::vector<VertexId> vertex_id;                    ///< (v) input index
-  std::vector<Vec3f> position;                        ///< (v)
-  std::vector<std::array<LocalIndex, 3>> triangle;    ///< (f) local
-  std::vector<FaceId> face_id;                        ///< (f) input index
+  LocalIndex own_vertices = 0;                      ///< the first so many belong to this tile
+  std::vector<VertexId> vertex_id;                  ///< (v) input index
+  std::vector<Vec3f> position;                      ///< (v)
+  std::vector<std::array<LocalIndex, 3>> triangle;  ///< (f) local
+  std::vector<FaceId> face_id;                      ///< (f) input index
 
   void clear();
 };

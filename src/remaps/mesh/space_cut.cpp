@@ -45,14 +45,18 @@ void SpaceCut::split(std::span<Vec3f> turned, std::size_t first_segment, std::si
     high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
   }
   const Vec3f extent{high.x - low.x, high.y - low.y, high.z - low.z};
-  const std::uint32_t axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+  const std::uint32_t axis = extent.x >= extent.y && extent.x >= extent.z ? 0
+                             : extent.y >= extent.z                       ? 1
+                                                                          : 2;
 
   const std::size_t left_count = count / 2;
   const std::size_t middle = turned.size() * left_count / count;
   float threshold = 0;
   if (middle < turned.size()) {
     std::nth_element(turned.begin(), turned.begin() + std::ptrdiff_t(middle), turned.end(),
-                     [axis](const Vec3f& a, const Vec3f& b) { return coordinate(a, axis) < coordinate(b, axis); });
+                     [axis](const Vec3f& a, const Vec3f& b) {
+                       return coordinate(a, axis) < coordinate(b, axis);
+                     });
     threshold = coordinate(turned[middle], axis);
   }
   split(turned.first(middle), first_segment, left_count);
@@ -66,7 +70,8 @@ std::uint32_t SpaceCut::segment_of(const Vec3f& p) const {
   const Vec3f q = turn(p);
   std::uint32_t node = 0;
   while (nodes_[node].axis != 3) {
-    node = coordinate(q, nodes_[node].axis) < nodes_[node].threshold ? node + 1 : nodes_[node].right;
+    node =
+        coordinate(q, nodes_[node].axis) < nodes_[node].threshold ? node + 1 : nodes_[node].right;
   }
   return nodes_[node].right;
 }

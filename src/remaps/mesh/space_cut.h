@@ -9,9 +9,10 @@
 
 namespace remaps {
 
-/// Cuts space into segments: a k-d tree over a sample of positions, in axes turned differently for every level, so that
-/// the borders of one level lie inside the segments of the next. The segment of a vertex is a pure function of its
-/// position. Why not ranges of a space-filling curve: docs/design/cuts.md.
+/// Cuts space into segments: a k-d tree over a sample of positions, in axes turned differently for
+/// every level, so that the borders of one level lie inside the segments of the next. The segment
+/// of a vertex is a pure function of its position. Why not ranges of a space-filling curve:
+/// docs/design/cuts.md.
 class SpaceCut {
  public:
   /// One segment: all of space.
@@ -29,9 +30,10 @@ class SpaceCut {
 
  private:
   struct Node {
-    std::uint32_t axis = 0;   // 3: leaf
-    float threshold = 0;      // left of it: below
-    std::uint32_t right = 0;  // index of the right child, the left one follows its parent; at a leaf the segment
+    std::uint32_t axis = 0;  // 3: leaf
+    float threshold = 0;     // left of it: below
+    std::uint32_t right =
+        0;  // index of the right child, the left one follows its parent; at a leaf the segment
   };
 
   void split(std::span<Vec3f> turned, std::size_t first_segment, std::size_t count);
@@ -42,8 +44,8 @@ class SpaceCut {
   std::size_t segments_ = 1;
 };
 
-/// Every k-th of a stream of positions, k doubling whenever `capacity` is reached: a sample of a stream of unknown length
-/// that depends on nothing but the stream.
+/// Every k-th of a stream of positions, k doubling whenever `capacity` is reached: a sample of a
+/// stream of unknown length that depends on nothing but the stream.
 class PositionSample {
  public:
   explicit PositionSample(std::size_t capacity) : capacity_(capacity) {}

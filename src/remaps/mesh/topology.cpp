@@ -59,7 +59,8 @@ SegmentTopology count_segment(const Segment& s, const Patch& patch) {
     if (patch.opposite(c) != kNoIndex) continue;
     const LocalIndex a = patch.corner_vertex(next_corner(c));
     const LocalIndex b = patch.corner_vertex(previous_corner(c));
-    if (std::min(a, b) >= s.own_vertices) continue;  // another segment knows whether this is a boundary
+    if (std::min(a, b) >= s.own_vertices)
+      continue;  // another segment knows whether this is a boundary
     unite(parent, a, b);
     marked[a] = marked[b] = 1;
     const LocalIndex lower = s.vertex_id[a] < s.vertex_id[b] ? a : b;
@@ -71,9 +72,11 @@ SegmentTopology count_segment(const Segment& s, const Patch& patch) {
 
 LabelJoin::LabelJoin(const std::filesystem::path& path, std::uint64_t expected_vertices,
                      std::uint64_t buffer_bytes, MemoryBudget& budget)
-    : file_(path, static_cast<std::size_t>(expected_vertices / (1 << 22) + 1), buffer_bytes, budget) {}
+    : file_(path, static_cast<std::size_t>(expected_vertices / (1 << 22) + 1), buffer_bytes,
+            budget) {}
 
-void LabelJoin::add(std::uint32_t labels, std::span<const std::pair<VertexId, std::uint32_t>> shared) {
+void LabelJoin::add(std::uint32_t labels,
+                    std::span<const std::pair<VertexId, std::uint32_t>> shared) {
   const auto base = static_cast<std::uint32_t>(parent_.size());
   parent_.resize(base + labels);
   std::iota(parent_.begin() + base, parent_.end(), base);
@@ -99,7 +102,8 @@ std::uint64_t LabelJoin::finish() {
     }
     std::sort(entries.begin(), entries.end());
     for (std::size_t i = 1; i < entries.size(); ++i) {
-      if (entries[i].first == entries[i - 1].first) unite(parent_, entries[i].second, entries[i - 1].second);
+      if (entries[i].first == entries[i - 1].first)
+        unite(parent_, entries[i].second, entries[i - 1].second);
     }
   }
   std::uint64_t count = 0;
@@ -107,8 +111,9 @@ std::uint64_t LabelJoin::finish() {
   return count;
 }
 
-TopologyCounter::TopologyCounter(const std::filesystem::path& directory, std::uint64_t expected_vertices,
-                                 std::uint64_t buffer_bytes, MemoryBudget& budget)
+TopologyCounter::TopologyCounter(const std::filesystem::path& directory,
+                                 std::uint64_t expected_vertices, std::uint64_t buffer_bytes,
+                                 MemoryBudget& budget)
     : components_(directory / "shared-components", expected_vertices, buffer_bytes / 2, budget),
       chains_(directory / "shared-boundaries", expected_vertices, buffer_bytes / 2, budget) {}
 

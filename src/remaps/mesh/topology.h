@@ -34,18 +34,19 @@ struct SegmentTopology {
   std::uint64_t boundary_edges = 0;
   std::uint32_t components = 0;       ///< of the segment's faces
   std::uint32_t boundary_chains = 0;  ///< of the segment's boundary edges
-  std::vector<std::pair<VertexId, std::uint32_t>> shared_component;  ///< vertices also seen by other segments
+  std::vector<std::pair<VertexId, std::uint32_t>>
+      shared_component;  ///< vertices also seen by other segments
   std::vector<std::pair<VertexId, std::uint32_t>> shared_chain;
 };
 /// @param patch  built from the segment's triangles and not yet changed
 SegmentTopology count_segment(const Segment& segment, const Patch& patch);
 
-/// Joins labels that meet at a vertex: connected components of a graph that is seen piece by piece. Memory: a word a
-/// label; what the pieces share goes through a bucket file.
+/// Joins labels that meet at a vertex: connected components of a graph that is seen piece by piece.
+/// Memory: a word a label; what the pieces share goes through a bucket file.
 class LabelJoin {
  public:
-  LabelJoin(const std::filesystem::path& path, std::uint64_t expected_vertices, std::uint64_t buffer_bytes,
-            MemoryBudget& budget);
+  LabelJoin(const std::filesystem::path& path, std::uint64_t expected_vertices,
+            std::uint64_t buffer_bytes, MemoryBudget& budget);
   void add(std::uint32_t labels, std::span<const std::pair<VertexId, std::uint32_t>> shared);
   /// @return  number of joined components
   std::uint64_t finish();

@@ -21,10 +21,11 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
   Manifest m;
   try {
     const Json json = Json::parse(text);
-    if (json.at("format") != "remaps-bundle") throw CorruptionError(path.string() + ": not a bundle's manifest");
+    if (json.at("format") != "remaps-bundle")
+      throw CorruptionError(path.string() + ": not a bundle's manifest");
     if (json.at("version") != kBundleVersion) {
-      throw CorruptionError(fmt::format("{}: bundle version {}, this program reads {}", path.string(),
-                                        json.at("version").dump(), kBundleVersion));
+      throw CorruptionError(fmt::format("{}: bundle version {}, this program reads {}",
+                                        path.string(), json.at("version").dump(), kBundleVersion));
     }
     const Json& input = json.at("input");
     m.input_name = input.at("name");
@@ -41,13 +42,15 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     for (const Json& level : json.at("levels")) m.segments.push_back(level.at("segments"));
     m.levels = static_cast<unsigned>(m.segments.size());
     m.map_checksum = std::stoull(json.at("checksums").at(kMapName).get<std::string>(), nullptr, 16);
-    m.base_checksum = std::stoull(json.at("checksums").at(kBaseName).get<std::string>(), nullptr, 16);
+    m.base_checksum =
+        std::stoull(json.at("checksums").at(kBaseName).get<std::string>(), nullptr, 16);
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
     throw CorruptionError(path.string() + ": malformed manifest: " + error.what());
   }
-  if (m.levels == 0 || !(m.diagonal >= 0)) throw CorruptionError(path.string() + ": malformed manifest");
+  if (m.levels == 0 || !(m.diagonal >= 0))
+    throw CorruptionError(path.string() + ": malformed manifest");
   return m;
 }
 
@@ -60,8 +63,8 @@ BaseMesh read_base(const std::filesystem::path& path, const Vec3& origin) {
     });
     reader->read_triangles([&](std::span<const Triangle> triangles) {
       for (const Triangle& t : triangles) {
-        base.triangle.push_back(
-            {narrow<std::uint32_t>(t[0]), narrow<std::uint32_t>(t[1]), narrow<std::uint32_t>(t[2])});
+        base.triangle.push_back({narrow<std::uint32_t>(t[0]), narrow<std::uint32_t>(t[1]),
+                                 narrow<std::uint32_t>(t[2])});
       }
     });
   } catch (const InputError& error) {
@@ -83,7 +86,8 @@ std::uint64_t checksum_file(const std::filesystem::path& path) {
   store::Bytes buffer(1 << 20);
   const std::uint64_t size = file.size();
   for (std::uint64_t at = 0; at < size; at += buffer.size()) {
-    const std::span<std::byte> part(buffer.data(), static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), size - at)));
+    const std::span<std::byte> part(
+        buffer.data(), static_cast<std::size_t>(std::min<std::uint64_t>(buffer.size(), size - at)));
     file.read_at(at, part);
     XXH3_64bits_update(hash, part.data(), part.size());
   }
@@ -130,7 +134,8 @@ void write_base(const BaseMesh& base, const Vec3& origin, const std::filesystem:
 Bundle::Bundle(const std::filesystem::path& directory) : directory_(directory) {
   const std::filesystem::path manifest = directory / kManifestName;
   if (!std::filesystem::exists(manifest)) {
-    throw InputError(directory.string() + ": not a bundle (no " + std::string(kManifestName) + " in it)");
+    throw InputError(directory.string() + ": not a bundle (no " + std::string(kManifestName) +
+                     " in it)");
   }
   manifest_ = parse_manifest(manifest, store::read_whole_file(manifest));
   try {
@@ -138,7 +143,8 @@ Bundle::Bundle(const std::filesystem::path& directory) : directory_(directory) {
     for (std::size_t level = 0; level < manifest_.levels; ++level) {
       logs_.push_back(std::make_unique<store::SectionFile>(directory / log_name(level), kLogKind));
       if (logs_.back()->sections() != 2 * manifest_.segments[level]) {
-        throw CorruptionError((directory / log_name(level)).string() + ": another number of segments than the manifest says");
+        throw CorruptionError((directory / log_name(level)).string() +
+                              ": another number of segments than the manifest says");
       }
     }
     tiles_ = std::make_unique<store::SectionFile>(directory / kTilesName, kTileKind);

@@ -16,16 +16,16 @@ namespace remaps::pipeline {
 
 /// What a bundle's manifest.json says. Format: docs/formats/bundle.md.
 struct Manifest {
-  std::string input_name;                ///< file name only
-  std::uint64_t input_vertices = 0;      ///< all, those without a face included
-  Topology topology;                     ///< of the input, counted on the input
-  Vec3 origin;                           ///< added to stored positions
-  double diagonal = 0;                   ///< of the input's bounding box
+  std::string input_name;            ///< file name only
+  std::uint64_t input_vertices = 0;  ///< all, those without a face included
+  Topology topology;                 ///< of the input, counted on the input
+  Vec3 origin;                       ///< added to stored positions
+  double diagonal = 0;               ///< of the input's bounding box
   std::uint64_t base_vertices_requested = 0;
-  unsigned levels = 0;                   ///< number of logs
-  std::vector<std::uint64_t> segments;   ///< (levels)
-  std::uint64_t map_checksum = 0;        ///< XXH3-64 of map.bin
-  std::uint64_t base_checksum = 0;       ///< XXH3-64 of base.ply
+  unsigned levels = 0;                  ///< number of logs
+  std::vector<std::uint64_t> segments;  ///< (levels)
+  std::uint64_t map_checksum = 0;       ///< XXH3-64 of map.bin
+  std::uint64_t base_checksum = 0;      ///< XXH3-64 of base.ply
 };
 
 std::string log_name(std::size_t level);
@@ -49,7 +49,9 @@ class Bundle {
 
   const std::filesystem::path& directory() const { return directory_; }
   const Manifest& manifest() const { return manifest_; }
-  const BaseMesh& base() const { return base_; }  ///< vertex_id is empty: base.ply has none; positions are relative
+  const BaseMesh& base() const {
+    return base_;
+  }  ///< vertex_id is empty: base.ply has none; positions are relative
   const store::SectionFile& log(std::size_t level) const { return *logs_[level]; }
   const store::SectionFile& tiles() const { return *tiles_; }
   resample::MapFiles files() const;

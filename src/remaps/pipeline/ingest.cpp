@@ -20,7 +20,8 @@ void route_vertices(const VertexSpool& spool, DomainLevel& level, Progress& prog
   }
 }
 
-std::uint64_t route_faces(IndexedMeshReader& reader, VertexLookup& lookup, DomainLevel& level, Progress& progress) {
+std::uint64_t route_faces(IndexedMeshReader& reader, VertexLookup& lookup, DomainLevel& level,
+                          Progress& progress) {
   std::uint64_t faces = 0;
   reader.read_triangles([&](std::span<const Triangle> triangles) {
     for (const Triangle& t : triangles) {
@@ -31,7 +32,8 @@ std::uint64_t route_faces(IndexedMeshReader& reader, VertexLookup& lookup, Domai
       }
       level.add_face(corner, {faces++, 0, {}});
     }
-    progress.advance(0.4 + 0.6 * double(reader.bytes_read()) / double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
+    progress.advance(0.4 + 0.6 * double(reader.bytes_read()) /
+                               double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
   });
   return faces;
 }
@@ -43,8 +45,8 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan) {
   return static_cast<std::size_t>((faces + plan.segment_faces - 1) / plan.segment_faces);
 }
 
-Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan, const std::filesystem::path& temp_dir,
-                MemoryBudget& budget, Progress& progress) {
+Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
+                const std::filesystem::path& temp_dir, MemoryBudget& budget, Progress& progress) {
   progress.begin("ingest");
   Ingested result;
   result.sample = PositionSample(kSampleSize);

@@ -25,9 +25,10 @@ struct Ingested {
 /// Segments that a level of so many faces needs: 1 when it fits the domain buffer.
 std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan);
 
-/// Reads an input in any order and routes its vertices and faces to the segments of the first level.
+/// Reads an input in any order and routes its vertices and faces to the segments of the first
+/// level.
 /// @throws InputError  malformed; GeometryError: no faces
-Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan, const std::filesystem::path& temp_dir,
-                MemoryBudget& budget, Progress& progress);
+Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
+                const std::filesystem::path& temp_dir, MemoryBudget& budget, Progress& progress);
 
 }  // namespace remaps::pipeline

@@ -15,15 +15,18 @@ constexpr std::uint64_t kRecordBytes = 4 + sizeof(MapRecord);
 MapFileWriter::MapFileWriter(const std::filesystem::path& temp_dir, std::uint64_t vertices,
                              std::uint64_t buffer_bytes, MemoryBudget& budget)
     : vertices_(vertices),
-      block_(std::clamp<std::uint64_t>(buffer_bytes / (2 * (kRecordBytes + sizeof(MapRecord))), 1 << 12, 1 << 22)),
-      file_(temp_dir / "map-records", static_cast<std::size_t>((vertices + block_ - 1) / block_), buffer_bytes / 2,
-            budget),
-      reservation_(budget.reserve(std::min(block_, vertices) * (kRecordBytes + sizeof(MapRecord)), "a block of map.bin")) {}
+      block_(std::clamp<std::uint64_t>(buffer_bytes / (2 * (kRecordBytes + sizeof(MapRecord))),
+                                       1 << 12, 1 << 22)),
+      file_(temp_dir / "map-records", static_cast<std::size_t>((vertices + block_ - 1) / block_),
+            buffer_bytes / 2, budget),
+      reservation_(budget.reserve(std::min(block_, vertices) * (kRecordBytes + sizeof(MapRecord)),
+                                  "a block of map.bin")) {}
 
 void MapFileWriter::add(VertexId vertex, const map::FacePoint& on_base) {
   file_.append_record(static_cast<std::size_t>(vertex / block_), [&](store::Packer& packer) {
     packer.put(static_cast<std::uint32_t>(vertex % block_));
-    packer.put(MapRecord{on_base.face, static_cast<float>(on_base.u), static_cast<float>(on_base.v)});
+    packer.put(
+        MapRecord{on_base.face, static_cast<float>(on_base.u), static_cast<float>(on_base.v)});
   });
 }
 
@@ -55,7 +58,8 @@ std::uint64_t MapFileWriter::write(const std::filesystem::path& path, std::uint6
   out.close();
   if (placed != expected) {
     std::filesystem::remove(partial);
-    throw CorruptionError("the map holds " + std::to_string(placed) + " vertices instead of " + std::to_string(expected));
+    throw CorruptionError("the map holds " + std::to_string(placed) + " vertices instead of " +
+                          std::to_string(expected));
   }
   std::filesystem::rename(partial, path);
   return checksum;

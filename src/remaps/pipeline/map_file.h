@@ -17,11 +17,12 @@ struct MapRecord {
 };
 static_assert(sizeof(MapRecord) == 12);
 
-/// Collects where each input vertex lies on the base, in any order, and writes map.bin in input order.
+/// Collects where each input vertex lies on the base, in any order, and writes map.bin in input
+/// order.
 class MapFileWriter {
  public:
-  MapFileWriter(const std::filesystem::path& temp_dir, std::uint64_t vertices, std::uint64_t buffer_bytes,
-                MemoryBudget& budget);
+  MapFileWriter(const std::filesystem::path& temp_dir, std::uint64_t vertices,
+                std::uint64_t buffer_bytes, MemoryBudget& budget);
   void add(VertexId vertex, const map::FacePoint& on_base);
   /// Writes the file; vertices that were never added get no face.
   /// @param expected  number of vertices that must have been added

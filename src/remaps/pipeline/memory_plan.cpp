@@ -9,31 +9,32 @@ namespace remaps::pipeline {
 namespace {
 
 constexpr std::uint64_t kLeastBudget = std::uint64_t{24} << 20;
-constexpr std::uint64_t kBytesPerFace = 300;       // segment, patch, queue, log and its packed copy
-constexpr std::uint64_t kBytesPerPoint = 80;       // decoded, carried and packed
-constexpr std::uint64_t kCacheSegment = 40'000;    // faces: a segment that stays in a core's cache
+constexpr std::uint64_t kBytesPerFace = 300;     // segment, patch, queue, log and its packed copy
+constexpr std::uint64_t kBytesPerPoint = 80;     // decoded, carried and packed
+constexpr std::uint64_t kCacheSegment = 40'000;  // faces: a segment that stays in a core's cache
 
 }  // namespace
 
 MemoryPlan plan_memory(std::uint64_t budget_bytes, unsigned threads, std::uint64_t domain_buffer,
                        std::uint64_t map_buffer) {
   if (budget_bytes < kLeastBudget) {
-    throw BudgetError("--memory " + std::to_string(budget_bytes >> 20) + "M is too little: the least is " +
-                      std::to_string(kLeastBudget >> 20) + "M");
+    throw BudgetError("--memory " + std::to_string(budget_bytes >> 20) +
+                      "M is too little: the least is " + std::to_string(kLeastBudget >> 20) + "M");
   }
   MemoryPlan plan;
   plan.budget_bytes = budget_bytes;
   const std::uint64_t domain_share = budget_bytes / 2;
-  plan.domain_buffer = domain_buffer != 0
-                           ? domain_buffer
-                           : std::clamp<std::uint64_t>(domain_share / kBytesPerFace, 2'000, 4'000'000);
+  plan.domain_buffer = domain_buffer != 0 ? domain_buffer
+                                          : std::clamp<std::uint64_t>(domain_share / kBytesPerFace,
+                                                                      2'000, 4'000'000);
   // Threads + 1 results wait beside the segments in work.
   const std::uint64_t per_lane = domain_share / (kBytesPerFace * (threads + 1));
   plan.segment_faces = std::min({plan.domain_buffer / 2, per_lane / 2, kCacheSegment});
   plan.segment_faces = std::max<std::uint64_t>(plan.segment_faces, 500);
   plan.map_buffer = map_buffer != 0 ? map_buffer
-                                    : std::clamp<std::uint64_t>(budget_bytes / 16 / (kBytesPerPoint * (2 * threads + 1)),
-                                                                2'000, 200'000);
+                                    : std::clamp<std::uint64_t>(
+                                          budget_bytes / 16 / (kBytesPerPoint * (2 * threads + 1)),
+                                          2'000, 200'000);
   plan.bucket_bytes = budget_bytes / 8;
   plan.cache_bytes = budget_bytes / 4;
   return plan;

@@ -4,14 +4,16 @@
 
 namespace remaps::pipeline {
 
-/// How a run's memory is shared out. All sizes follow from the budget; --domain-buffer and --map-buffer overrule theirs.
+/// How a run's memory is shared out. All sizes follow from the budget; --domain-buffer and
+/// --map-buffer overrule theirs.
 struct MemoryPlan {
   std::uint64_t budget_bytes = 0;
-  std::uint64_t domain_buffer = 0;   ///< faces: the largest segment; a level that fits is the last
-  std::uint64_t map_buffer = 0;      ///< points a worker thread
-  std::uint64_t segment_faces = 0;   ///< what cuts aim at, well below domain_buffer since samples err
-  std::uint64_t bucket_bytes = 0;    ///< write buffers of one stage
-  std::uint64_t cache_bytes = 0;     ///< vertex cache while faces are joined
+  std::uint64_t domain_buffer = 0;  ///< faces: the largest segment; a level that fits is the last
+  std::uint64_t map_buffer = 0;     ///< points a worker thread
+  std::uint64_t segment_faces =
+      0;                           ///< what cuts aim at, well below domain_buffer since samples err
+  std::uint64_t bucket_bytes = 0;  ///< write buffers of one stage
+  std::uint64_t cache_bytes = 0;   ///< vertex cache while faces are joined
 };
 
 /// @param domain_buffer, map_buffer  0: chosen here

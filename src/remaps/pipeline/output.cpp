@@ -30,14 +30,16 @@ TriangleSource triangles_of_tiles(const store::SectionFile& tiles) {
       decode_tile(bytes, tiles.path().string() + ": tile " + std::to_string(i), tile);
       triangles.clear();
       for (const auto& t : tile.triangle) {
-        triangles.push_back({widen(tile.position[t[0]]), widen(tile.position[t[1]]), widen(tile.position[t[2]])});
+        triangles.push_back(
+            {widen(tile.position[t[0]]), widen(tile.position[t[1]]), widen(tile.position[t[2]])});
       }
       sink(triangles);
     }
   };
 }
 
-/// Sums up the quality of the map from the faces of the semi-regular mesh, which come base face by base face.
+/// Sums up the quality of the map from the faces of the semi-regular mesh, which come base face by
+/// base face.
 class QualityMeter {
  public:
   explicit QualityMeter(unsigned level) : shift_(2 * level) {}
@@ -50,7 +52,8 @@ class QualityMeter {
       if (face == area_.size()) area_.push_back(0);
       area_[face] += area;
       total_ += area;
-      stretch_ += area * squared_edges / 3;  // [Sander et al. 2001], reference: equilateral with edges of length 1
+      stretch_ += area * squared_edges /
+                  3;  // [Sander et al. 2001], reference: equilateral with edges of length 1
     }
   }
 
@@ -74,13 +77,14 @@ class QualityMeter {
   std::vector<double> area_;
 };
 
-void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan, MemoryBudget& budget,
-                    Progress& progress, Report& report) {
+void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan,
+                    MemoryBudget& budget, Progress& progress, Report& report) {
   const auto reader = open_mesh_reader(job.output);
   VertexSpool spool(job.temp_dir / "output-vertices");
   spool.fill(*reader, nullptr, [](double) {});
   VertexLookup lookup(spool, nullptr, plan.cache_bytes, budget);
-  const TriangleSource output = triangles_of(*reader, lookup, spool.origin() - bundle.manifest().origin);
+  const TriangleSource output =
+      triangles_of(*reader, lookup, spool.origin() - bundle.manifest().origin);
 
   QualityMeter meter(job.level);
   output([&](std::span<const TrianglePositions> triangles) { meter.add(triangles); });
@@ -96,12 +100,13 @@ void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan
 
 }  // namespace
 
-void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan, MemoryBudget& budget,
-                  Progress& progress, Report& report) {
+void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan,
+                  MemoryBudget& budget, Progress& progress, Report& report) {
   auto start = std::chrono::steady_clock::now();
   progress.begin("resample");
   const BaseMesh& base = bundle.base();
-  const resample::DyadicGrid grid(narrow<std::uint32_t>(base.position.size()), base.triangle, job.level);
+  const resample::DyadicGrid grid(narrow<std::uint32_t>(base.position.size()), base.triangle,
+                                  job.level);
   report.level = job.level;
   report.output_vertices = grid.vertices();
   report.output_faces = grid.faces();

@@ -11,7 +11,7 @@
 namespace remaps::pipeline {
 
 struct OutputJob {
-  std::filesystem::path output;    ///< under its temporary name
+  std::filesystem::path output;  ///< under its temporary name
   std::filesystem::path temp_dir;
   unsigned level = 5;
   unsigned threads = 1;
@@ -20,9 +20,9 @@ struct OutputJob {
   std::uint64_t samples = 1'000'000;
 };
 
-/// Resamples a bundle to a mesh file and measures it. Fills the report's parts on output, error, quality and the seconds
-/// of these phases.
-void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan, MemoryBudget& budget,
-                  Progress& progress, Report& report);
+/// Resamples a bundle to a mesh file and measures it. Fills the report's parts on output, error,
+/// quality and the seconds of these phases.
+void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan,
+                  MemoryBudget& budget, Progress& progress, Report& report);
 
 }  // namespace remaps::pipeline

@@ -21,7 +21,8 @@ namespace {
 constexpr std::uint64_t kBytesPerFace = 300;
 /// Fraction of a segment's vertices that a sweep keeps at least.
 constexpr double kKeep = 0.1;
-/// The last sweep runs in core; it does best when this many times the base is left to it (docs/design/sweeps.md).
+/// The last sweep runs in core; it does best when this many times the base is left to it
+/// (docs/design/sweeps.md).
 constexpr double kLeftToLastSweep = 30;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -30,17 +31,18 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 class Parameterizer {
  public:
-  Parameterizer(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
-                Report& report)
+  Parameterizer(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget,
+                Progress& progress, Report& report)
       : job_(job), plan_(plan), budget_(budget), progress_(progress), report_(report) {}
 
   void run() {
     if (2 * job_.base_vertices > plan_.domain_buffer) {
-      throw BudgetError(fmt::format(
-          "{} base vertices need a domain buffer of at least {} faces; it has {}. Give --memory {}M or more, or a larger "
-          "--domain-buffer",
-          job_.base_vertices, 2 * job_.base_vertices, plan_.domain_buffer,
-          (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
+      throw BudgetError(
+          fmt::format("{} base vertices need a domain buffer of at least {} faces; it has {}. Give "
+                      "--memory {}M or more, or a larger "
+                      "--domain-buffer",
+                      job_.base_vertices, 2 * job_.base_vertices, plan_.domain_buffer,
+                      (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
     }
     auto start = std::chrono::steady_clock::now();
     read_input();
@@ -73,17 +75,21 @@ class Parameterizer {
   /// The fraction to keep: a tenth, or what leaves enough to the last sweep.
   double keep_fraction(const DomainLevel& level) const {
     const double vertices = double(std::max<std::uint64_t>(level.vertices(), 1));
-    const double wanted = std::min(kLeftToLastSweep * double(job_.base_vertices), 0.4 * double(plan_.domain_buffer));
+    const double wanted =
+        std::min(kLeftToLastSweep * double(job_.base_vertices), 0.4 * double(plan_.domain_buffer));
     return std::clamp(wanted / vertices, kKeep, 0.9);
   }
 
-  /// The level after this one. Vertices at the borders of segments stay, which counts when segments are small.
-  std::unique_ptr<DomainLevel> make_next(const DomainLevel& level, double keep, PositionSample& sample) {
+  /// The level after this one. Vertices at the borders of segments stay, which counts when segments
+  /// are small.
+  std::unique_ptr<DomainLevel> make_next(const DomainLevel& level, double keep,
+                                         PositionSample& sample) {
     const double vertices = double(level.vertices());
     const double locked = std::min(double(level.mixed_faces()), vertices);
     const double left = locked + keep * (vertices - locked);
     const std::size_t segments = segments_for(static_cast<std::uint64_t>(2 * left), plan_);
-    return std::make_unique<DomainLevel>(level.level() + 1, SpaceCut(sample.kept(), segments, level.level() + 1),
+    return std::make_unique<DomainLevel>(level.level() + 1,
+                                         SpaceCut(sample.kept(), segments, level.level() + 1),
                                          job_.temp_dir, plan_.bucket_bytes, budget_);
   }
 
@@ -144,7 +150,8 @@ class Parameterizer {
     if (level == 0) report_.unreferenced_vertices = counts.unreferenced_vertices;
     if (counts.segments > 1 && double(counts.faces_out) > 0.97 * double(counts.faces_in)) {
       throw BudgetError(fmt::format(
-          "with segments of {} faces the sweeps cannot simplify further: {} faces are left. A --domain-buffer of {} faces "
+          "with segments of {} faces the sweeps cannot simplify further: {} faces are left. A "
+          "--domain-buffer of {} faces "
           "would take them in one piece",
           plan_.segment_faces, counts.faces_out, counts.faces_out + counts.faces_out / 10));
     }
@@ -164,13 +171,15 @@ class Parameterizer {
       std::unique_ptr<map::PointBuckets> next;
       if (l + 1 < levels) {
         next = std::make_unique<map::PointBuckets>(job_.temp_dir / fmt::format("points-{}", l + 1),
-                                                   manifest_.segments[l + 1], plan_.bucket_bytes, budget_);
+                                                   manifest_.segments[l + 1], plan_.bucket_bytes,
+                                                   budget_);
       }
       const auto sink = [&](const FaceLink& link, const map::TaggedPoint& point) {
         next != nullptr ? next->add(link.segment, point) : file.add(point.tag, point.at);
       };
       map::carry_removed_vertices(level, carry, sink);
-      if (points != nullptr) map::carry_points(level, map::SegmentMap::Direction::kForward, *points, carry, sink);
+      if (points != nullptr)
+        map::carry_points(level, map::SegmentMap::Direction::kForward, *points, carry, sink);
       points = std::move(next);
       progress_.advance(double(l + 1) / double(levels));
     }
@@ -215,8 +224,8 @@ class Parameterizer {
 
 }  // namespace
 
-void parameterize(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
-                  Report& report) {
+void parameterize(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget,
+                  Progress& progress, Report& report) {
   Parameterizer(job, plan, budget, progress, report).run();
 }
 

@@ -11,16 +11,15 @@ namespace remaps::pipeline {
 
 struct ParameterizeJob {
   std::filesystem::path input;
-  std::filesystem::path bundle;     ///< an empty directory: filled, the manifest last
-  std::filesystem::path temp_dir;   ///< an empty directory for everything else
+  std::filesystem::path bundle;    ///< an empty directory: filled, the manifest last
+  std::filesystem::path temp_dir;  ///< an empty directory for everything else
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
 };
 
-/// Ingest, sweeps, map: from a mesh file to a sealed bundle. Fills the report's parts on input, repairs, base, sweeps and
-/// the seconds of these phases.
-/// Source: [AGL06] sections 3 and 4.
-void parameterize(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
-                  Report& report);
+/// Ingest, sweeps, map: from a mesh file to a sealed bundle. Fills the report's parts on input,
+/// repairs, base, sweeps and the seconds of these phases. Source: [AGL06] sections 3 and 4.
+void parameterize(const ParameterizeJob& job, const MemoryPlan& plan, MemoryBudget& budget,
+                  Progress& progress, Report& report);
 
 }  // namespace remaps::pipeline

@@ -30,7 +30,8 @@ std::filesystem::path parent_of(const std::filesystem::path& path) {
 /// A place beside the final one, on the same file system, so that a rename finishes the job.
 class Staged {
  public:
-  explicit Staged(const std::filesystem::path& target) : target_(target), directory_(parent_of(target)) {}
+  explicit Staged(const std::filesystem::path& target)
+      : target_(target), directory_(parent_of(target)) {}
 
   std::filesystem::path path() const { return directory_.path() / target_.filename(); }
   void file_to_target() const { std::filesystem::rename(path(), target_); }
@@ -52,9 +53,11 @@ std::filesystem::path without_slash(const std::filesystem::path& path) {
 
 void check_bundle_target(const std::filesystem::path& bundle) {
   if (!std::filesystem::exists(bundle)) return;
-  const bool replaceable = std::filesystem::is_directory(bundle) && (std::filesystem::exists(bundle / kManifestName) ||
-                                                                     std::filesystem::is_empty(bundle));
-  if (!replaceable) throw IoError(bundle.string() + ": exists and is not a bundle; it is left alone");
+  const bool replaceable =
+      std::filesystem::is_directory(bundle) &&
+      (std::filesystem::exists(bundle / kManifestName) || std::filesystem::is_empty(bundle));
+  if (!replaceable)
+    throw IoError(bundle.string() + ": exists and is not a bundle; it is left alone");
 }
 
 }  // namespace
@@ -63,7 +66,8 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   ResourceMonitor monitor;
   Report report;
   const unsigned threads = thread_count(options.threads);
-  const MemoryPlan plan = plan_memory(options.memory_bytes, threads, options.domain_buffer, options.map_buffer);
+  const MemoryPlan plan =
+      plan_memory(options.memory_bytes, threads, options.domain_buffer, options.map_buffer);
   MemoryBudget budget(plan.budget_bytes);
   report.threads = threads;
   report.memory_budget_bytes = plan.budget_bytes;
@@ -74,13 +78,15 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   const bool has_bundle = !options.bundle.empty();
   const std::filesystem::path bundle_target = without_slash(options.bundle);
   if (has_bundle) check_bundle_target(bundle_target);
-  const store::TempDir temp(!options.temp_dir.empty() ? options.temp_dir
-                                                      : parent_of(has_output ? options.output : bundle_target));
+  const store::TempDir temp(!options.temp_dir.empty()
+                                ? options.temp_dir
+                                : parent_of(has_output ? options.output : bundle_target));
   std::optional<Staged> staged_output;
   std::optional<Staged> staged_bundle;
   if (has_output) staged_output.emplace(options.output);
   if (has_bundle) staged_bundle.emplace(bundle_target);
-  const std::filesystem::path bundle_path = has_bundle ? staged_bundle->path() : temp.path() / "bundle";
+  const std::filesystem::path bundle_path =
+      has_bundle ? staged_bundle->path() : temp.path() / "bundle";
   std::filesystem::create_directory(bundle_path);
 
   ParameterizeJob job{options.input, bundle_path, temp.path(), options.base_vertices, threads};
@@ -88,8 +94,8 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   if (has_output) {
     const Bundle bundle(bundle_path);
     write_output(bundle,
-                 {staged_output->path(), temp.path(), options.level, threads, options.fit, options.measure,
-                  options.samples},
+                 {staged_output->path(), temp.path(), options.level, threads, options.fit,
+                  options.measure, options.samples},
                  plan, budget, progress, report);
   }
   progress.check();
@@ -126,10 +132,12 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
   report.base_vertices = bundle.base().position.size();
   report.base_faces = bundle.base().triangle.size();
 
-  const store::TempDir temp(!options.temp_dir.empty() ? options.temp_dir : parent_of(options.output));
+  const store::TempDir temp(!options.temp_dir.empty() ? options.temp_dir
+                                                      : parent_of(options.output));
   const Staged staged(options.output);
   write_output(bundle,
-               {staged.path(), temp.path(), options.level, threads, options.fit, options.measure, options.samples},
+               {staged.path(), temp.path(), options.level, threads, options.fit, options.measure,
+                options.samples},
                plan, budget, progress, report);
   staged.file_to_target();
   report.output_path = options.output.string();
@@ -141,14 +149,17 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   const unsigned threads = thread_count(options.threads);
   const MemoryPlan plan = plan_memory(options.memory_bytes, threads, 0, 0);
   MemoryBudget budget(plan.budget_bytes);
-  const store::TempDir temp(options.temp_dir.empty() ? std::filesystem::temp_directory_path() : options.temp_dir);
+  const store::TempDir temp(options.temp_dir.empty() ? std::filesystem::temp_directory_path()
+                                                     : options.temp_dir);
   progress.begin("read");
   const auto original = open_mesh_reader(options.original);
   const auto remesh = open_mesh_reader(options.remesh);
   VertexSpool original_spool(temp.path() / "original");
   VertexSpool remesh_spool(temp.path() / "remesh");
-  original_spool.fill(*original, nullptr, [&](double fraction) { progress.advance(0.5 * fraction); });
-  remesh_spool.fill(*remesh, nullptr, [&](double fraction) { progress.advance(0.5 + 0.5 * fraction); });
+  original_spool.fill(*original, nullptr,
+                      [&](double fraction) { progress.advance(0.5 * fraction); });
+  remesh_spool.fill(*remesh, nullptr,
+                    [&](double fraction) { progress.advance(0.5 + 0.5 * fraction); });
   VertexLookup original_lookup(original_spool, nullptr, plan.cache_bytes / 2, budget);
   VertexLookup remesh_lookup(remesh_spool, nullptr, plan.cache_bytes / 2, budget);
   SurfaceErrorOptions measure;
@@ -159,7 +170,8 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   progress.begin("measure");
   return measure_surface_error(
       triangles_of(*original, original_lookup, {}),
-      triangles_of(*remesh, remesh_lookup, remesh_spool.origin() - original_spool.origin()), measure);
+      triangles_of(*remesh, remesh_lookup, remesh_spool.origin() - original_spool.origin()),
+      measure);
 }
 
 }  // namespace remaps::pipeline

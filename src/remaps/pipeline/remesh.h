@@ -10,22 +10,25 @@ namespace remaps::pipeline {
 
 struct RemeshOptions {
   std::filesystem::path input;
-  std::filesystem::path output;              ///< .ply or .obj; empty: parameterize only
-  std::filesystem::path bundle;              ///< a directory NAME.remaps; empty: none is kept
-  std::filesystem::path temp_dir;            ///< empty: beside the output or bundle
-  std::uint64_t base_vertices = 200;         ///< at least 4
-  unsigned level = 5;                        ///< subdivisions of the base, 0 to 14
-  std::uint64_t memory_bytes = 256u << 20;   ///< peak memory of the run, without the constant 32 MiB of program and libraries
-  unsigned threads = 0;                      ///< 0: one a processor
-  std::uint64_t domain_buffer = 0;           ///< faces in memory at a time (the paper's Maxf); 0: from memory_bytes
-  std::uint64_t map_buffer = 0;              ///< points in memory at a time (Maxv); 0: from memory_bytes
-  bool measure = true;                       ///< measure the two-sided error of the output
-  bool fit = false;                          ///< least-squares fit of the output's vertices to the input
-  std::uint64_t samples = 1'000'000;         ///< of the error, each way
+  std::filesystem::path output;       ///< .ply or .obj; empty: parameterize only
+  std::filesystem::path bundle;       ///< a directory NAME.remaps; empty: none is kept
+  std::filesystem::path temp_dir;     ///< empty: beside the output or bundle
+  std::uint64_t base_vertices = 200;  ///< at least 4
+  unsigned level = 5;                 ///< subdivisions of the base, 0 to 14
+  std::uint64_t memory_bytes =
+      256u << 20;  ///< peak memory of the run, without the constant 32 MiB of program and libraries
+  unsigned threads = 0;  ///< 0: one a processor
+  std::uint64_t domain_buffer =
+      0;  ///< faces in memory at a time (the paper's Maxf); 0: from memory_bytes
+  std::uint64_t map_buffer = 0;       ///< points in memory at a time (Maxv); 0: from memory_bytes
+  bool measure = true;                ///< measure the two-sided error of the output
+  bool fit = false;                   ///< least-squares fit of the output's vertices to the input
+  std::uint64_t samples = 1'000'000;  ///< of the error, each way
 };
 
-/// The main job: from a mesh file to a semi-regular mesh, and the bundle with the map if wanted. Nothing appears under a
-/// final name before it is complete; whatever ends the run early leaves nothing behind.
+/// The main job: from a mesh file to a semi-regular mesh, and the bundle with the map if wanted.
+/// Nothing appears under a final name before it is complete; whatever ends the run early leaves
+/// nothing behind.
 ///
 /// @throws InputError, IoError, GeometryError, BudgetError, Cancelled
 Report remesh(const RemeshOptions& options, Progress& progress);

@@ -19,10 +19,11 @@ std::string to_json(const Report& r) {
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};
   json["level"] = r.level;
-  json["output"] = {{"path", r.output_path}, {"vertices", r.output_vertices}, {"faces", r.output_faces}};
-  json["seconds"] = {{"ingest", r.seconds_ingest},     {"sweeps", r.seconds_sweeps},
-                     {"map", r.seconds_map},           {"resample", r.seconds_resample},
-                     {"measure", r.seconds_measure},   {"total", r.seconds_total}};
+  json["output"] = {
+      {"path", r.output_path}, {"vertices", r.output_vertices}, {"faces", r.output_faces}};
+  json["seconds"] = {{"ingest", r.seconds_ingest},   {"sweeps", r.seconds_sweeps},
+                     {"map", r.seconds_map},         {"resample", r.seconds_resample},
+                     {"measure", r.seconds_measure}, {"total", r.seconds_total}};
   json["cpu_seconds"] = r.cpu_seconds;
   json["threads"] = r.threads;
   json["peak_rss_bytes"] = r.peak_rss_bytes;
@@ -32,17 +33,22 @@ std::string to_json(const Report& r) {
   json["io"] = {{"bytes_read", r.bytes_read}, {"bytes_written", r.bytes_written}};
   json["sweeps"] = Json::array();
   for (const Report::Sweep& sweep : r.sweeps) {
-    json["sweeps"].push_back(
-        {{"faces_in", sweep.faces_in}, {"faces_out", sweep.faces_out}, {"segments", sweep.segments}});
+    json["sweeps"].push_back({{"faces_in", sweep.faces_in},
+                              {"faces_out", sweep.faces_out},
+                              {"segments", sweep.segments}});
   }
   if (r.error) {
-    json["error"] = {{"l2_forward", r.error->l2_forward},     {"l2_backward", r.error->l2_backward},
-                     {"l2", r.error->l2()},                   {"mean_forward", r.error->mean_forward},
-                     {"mean_backward", r.error->mean_backward}, {"max_forward", r.error->max_forward},
+    json["error"] = {{"l2_forward", r.error->l2_forward},
+                     {"l2_backward", r.error->l2_backward},
+                     {"l2", r.error->l2()},
+                     {"mean_forward", r.error->mean_forward},
+                     {"mean_backward", r.error->mean_backward},
+                     {"max_forward", r.error->max_forward},
                      {"max_backward", r.error->max_backward}};
   }
   if (r.quality) {
-    json["quality"] = {{"area_ratio", r.quality->area_ratio}, {"l2_stretch", r.quality->l2_stretch}};
+    json["quality"] = {{"area_ratio", r.quality->area_ratio},
+                       {"l2_stretch", r.quality->l2_stretch}};
   }
   json["memory_trace"] = Json::array();
   for (const Report::MemorySample& sample : r.memory_trace) {

@@ -9,7 +9,8 @@
 
 namespace remaps::pipeline {
 
-/// What a run did, as --report writes it. The keys of the JSON are part of the contract; see docs/formats/report.md.
+/// What a run did, as --report writes it. The keys of the JSON are part of the contract; see
+/// docs/formats/report.md.
 struct Report {
   struct Sweep {
     std::uint64_t faces_in = 0, faces_out = 0, segments = 0;
@@ -29,7 +30,8 @@ struct Report {
   double bbox_diagonal = 0;
   std::uint64_t components = 0, boundary_loops = 0;
   std::int64_t euler_characteristic = 0;
-  std::uint64_t unreferenced_vertices = 0;  ///< repairs.unreferenced_vertices: vertices without a face
+  std::uint64_t unreferenced_vertices =
+      0;  ///< repairs.unreferenced_vertices: vertices without a face
 
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;
@@ -37,8 +39,8 @@ struct Report {
   std::string output_path;
   std::uint64_t output_vertices = 0, output_faces = 0;
 
-  double seconds_ingest = 0, seconds_sweeps = 0, seconds_map = 0, seconds_resample = 0, seconds_measure = 0,
-         seconds_total = 0;
+  double seconds_ingest = 0, seconds_sweeps = 0, seconds_map = 0, seconds_resample = 0,
+         seconds_measure = 0, seconds_total = 0;
   double cpu_seconds = 0;
   std::uint64_t peak_rss_bytes = 0, memory_budget_bytes = 0;
   std::uint64_t bytes_read = 0, bytes_written = 0;

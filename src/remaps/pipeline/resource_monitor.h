@@ -12,8 +12,9 @@
 
 namespace remaps::pipeline {
 
-/// Watches the process while a run lasts: wall and CPU time, bytes through files, resident memory over time. Samples ever
-/// more rarely, so that the trace keeps between 128 and 512 entries however long the run.
+/// Watches the process while a run lasts: wall and CPU time, bytes through files, resident memory
+/// over time. Samples ever more rarely, so that the trace keeps between 128 and 512 entries however
+/// long the run.
 class ResourceMonitor {
  public:
   ResourceMonitor();

@@ -35,7 +35,8 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
     }
     vertices_ += positions.size();
     if (waiting_.size() >= kFlushVertices) flush();
-    progress(double(reader.bytes_read()) / double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
+    progress(double(reader.bytes_read()) /
+             double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
   });
   flush();
   waiting_ = {};
@@ -54,8 +55,10 @@ VertexLookup::VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::u
                            MemoryBudget& budget)
     : spool_(spool), cut_(cut) {
   const std::uint64_t blocks = spool.vertices() / kBlock + 1;
-  slots_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(cache_bytes / (kBlock * sizeof(Entry)), 4, std::max<std::uint64_t>(blocks, 4)));
-  reservation_ = budget.reserve(slots_ * kBlock * sizeof(Entry) + blocks * sizeof(std::uint32_t), "the vertex cache");
+  slots_ = static_cast<std::size_t>(std::clamp<std::uint64_t>(
+      cache_bytes / (kBlock * sizeof(Entry)), 4, std::max<std::uint64_t>(blocks, 4)));
+  reservation_ = budget.reserve(slots_ * kBlock * sizeof(Entry) + blocks * sizeof(std::uint32_t),
+                                "the vertex cache");
   entries_.resize(slots_ * kBlock);
   slot_of_block_.assign(static_cast<std::size_t>(blocks), kNoIndex);
   block_in_slot_.assign(slots_, ~std::uint64_t{0});
@@ -90,7 +93,8 @@ TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, con
     const auto position = [&](VertexId v) { return shift + widen(lookup[v].position); };
     reader.read_triangles([&](std::span<const Triangle> triangles) {
       chunk.clear();
-      for (const Triangle& t : triangles) chunk.push_back({position(t[0]), position(t[1]), position(t[2])});
+      for (const Triangle& t : triangles)
+        chunk.push_back({position(t[0]), position(t[1]), position(t[2])});
       sink(chunk);
     });
   };

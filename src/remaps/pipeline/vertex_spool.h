@@ -15,19 +15,23 @@
 
 namespace remaps::pipeline {
 
-/// All vertex positions of an input in a temporary file, as floats relative to an origin: what faces are joined with.
+/// All vertex positions of an input in a temporary file, as floats relative to an origin: what
+/// faces are joined with.
 ///
-/// The origin is zero unless the first vertices lie farther than 1000 times their own extent from zero (maps, surveys);
-/// then it is their centre, so that floats suffice. Input that is float in its file is kept as it is.
+/// The origin is zero unless the first vertices lie farther than 1000 times their own extent from
+/// zero (maps, surveys); then it is their centre, so that floats suffice. Input that is float in
+/// its file is kept as it is.
 class VertexSpool {
  public:
-  explicit VertexSpool(const std::filesystem::path& path) : path_(path), file_(store::File::create(path)) {}
+  explicit VertexSpool(const std::filesystem::path& path)
+      : path_(path), file_(store::File::create(path)) {}
   ~VertexSpool();
   VertexSpool(const VertexSpool&) = delete;
   VertexSpool& operator=(const VertexSpool&) = delete;
 
   /// Reads all positions of `reader`. May be called once. Also samples them, and finds their box.
-  void fill(IndexedMeshReader& reader, PositionSample* sample, const std::function<void(double)>& progress);
+  void fill(IndexedMeshReader& reader, PositionSample* sample,
+            const std::function<void(double)>& progress);
 
   std::uint64_t vertices() const { return vertices_; }
   const Vec3& origin() const { return origin_; }
@@ -47,8 +51,8 @@ class VertexSpool {
   std::vector<Vec3f> waiting_;
 };
 
-/// Positions and segments of vertices by number, through a cache of blocks of the spool: a coherent input finds nearly
-/// everything there. With memory for all blocks it is a plain table.
+/// Positions and segments of vertices by number, through a cache of blocks of the spool: a coherent
+/// input finds nearly everything there. With memory for all blocks it is a plain table.
 class VertexLookup {
  public:
   struct Entry {
@@ -58,7 +62,8 @@ class VertexLookup {
 
   /// @param cut          optional: without it all segments are 0
   /// @param cache_bytes  memory for blocks, reserved from the budget
-  VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::uint64_t cache_bytes, MemoryBudget& budget);
+  VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::uint64_t cache_bytes,
+               MemoryBudget& budget);
 
   const Entry& operator[](VertexId v) {
     const std::uint32_t slot = slot_of_block_[v / kBlock];
@@ -86,8 +91,8 @@ class VertexLookup {
   std::vector<Vec3f> buffer_;
 };
 
-/// The triangles of a file with their corner positions, as a stream that can be repeated. `reader` and `lookup` must
-/// outlive it. Positions are those of the spool plus `shift`.
+/// The triangles of a file with their corner positions, as a stream that can be repeated. `reader`
+/// and `lookup` must outlive it. Positions are those of the spool plus `shift`.
 TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, const Vec3& shift);
 
 }  // namespace remaps::pipeline

@@ -17,7 +17,8 @@ std::uint64_t interior_points(unsigned level) {
 
 }  // namespace
 
-DyadicGrid::DyadicGrid(std::uint32_t base_vertices, std::span<const BaseTriangle> base, unsigned level)
+DyadicGrid::DyadicGrid(std::uint32_t base_vertices, std::span<const BaseTriangle> base,
+                       unsigned level)
     : level_(level),
       n_(1u << level),
       base_vertices_(base_vertices),
@@ -78,7 +79,8 @@ std::uint64_t DyadicGrid::vertex(std::uint32_t face, std::uint32_t i, std::uint3
   if (j == 0) return edge_point(use_[face][0], i);
   if (k == 0) return edge_point(use_[face][1], j);
   if (i == 0) return edge_point(use_[face][2], k);
-  return base_vertices_ + edges_ * std::uint64_t{n_ - 1} + face * interior_points(level_) + interior_point(i, j);
+  return base_vertices_ + edges_ * std::uint64_t{n_ - 1} + face * interior_points(level_) +
+         interior_point(i, j);
 }
 
 Triangle DyadicGrid::triangle(std::uint64_t index) const {
@@ -93,10 +95,18 @@ Triangle DyadicGrid::triangle(std::uint64_t index) const {
     const Point m12 = middle(corner[1], corner[2]);
     const Point m20 = middle(corner[2], corner[0]);
     switch ((index >> (2 * l)) & 3) {
-      case 0: corner = {corner[0], m01, m20}; break;
-      case 1: corner = {m01, corner[1], m12}; break;
-      case 2: corner = {m20, m12, corner[2]}; break;
-      default: corner = {m12, m20, m01}; break;
+      case 0:
+        corner = {corner[0], m01, m20};
+        break;
+      case 1:
+        corner = {m01, corner[1], m12};
+        break;
+      case 2:
+        corner = {m20, m12, corner[2]};
+        break;
+      default:
+        corner = {m12, m20, m01};
+        break;
     }
   }
   return {vertex(face, corner[0].i, corner[0].j), vertex(face, corner[1].i, corner[1].j),

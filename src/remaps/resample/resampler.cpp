@@ -13,15 +13,15 @@ using map::PointBuckets;
 using map::SegmentMap;
 using map::TaggedPoint;
 
-std::unique_ptr<PointBuckets> make_buckets(const ResampleOptions& options, std::size_t level, std::size_t segments,
-                                           MemoryBudget& budget) {
-  return std::make_unique<PointBuckets>(options.temp_dir / ("points-" + std::to_string(level)), segments,
-                                        options.buffer_bytes / 2, budget);
+std::unique_ptr<PointBuckets> make_buckets(const ResampleOptions& options, std::size_t level,
+                                           std::size_t segments, MemoryBudget& budget) {
+  return std::make_unique<PointBuckets>(options.temp_dir / ("points-" + std::to_string(level)),
+                                        segments, options.buffer_bytes / 2, budget);
 }
 
 /// Sends the points of each tile to the sink, in pieces.
-void visit_tiles(const store::SectionFile& tiles, PointBuckets& points, const ResampleOptions& options,
-                 const TileSink& sink) {
+void visit_tiles(const store::SectionFile& tiles, PointBuckets& points,
+                 const ResampleOptions& options, const TileSink& sink) {
   const std::size_t piece = options.carry.map_buffer;
   run_ordered(tiles.sections(), options.carry.threads, [&](std::size_t i, unsigned) -> Commit {
     if (options.carry.progress != nullptr) options.carry.progress->check();
@@ -35,7 +35,8 @@ void visit_tiles(const store::SectionFile& tiles, PointBuckets& points, const Re
       for (std::uint64_t first = 0; first < points.count(i); first += piece) {
         points.read(i, first, std::min<std::uint64_t>(piece, points.count(i) - first), batch);
         for (const TaggedPoint& point : batch) {
-          if (point.at.face >= tile->triangle.size()) throw CorruptionError("a point lies on a face that no tile has");
+          if (point.at.face >= tile->triangle.size())
+            throw CorruptionError("a point lies on a face that no tile has");
         }
         sink(static_cast<std::uint32_t>(i), *tile, batch);
       }
@@ -52,10 +53,13 @@ class PositionBlocks {
  public:
   PositionBlocks(std::uint64_t count, const ResampleOptions& options, MemoryBudget& budget)
       : count_(count),
-        block_(std::clamp<std::uint64_t>(options.buffer_bytes / (4 * sizeof(Vec3)), 1 << 12, 1 << 22)),
-        file_(options.temp_dir / "positions", static_cast<std::size_t>((count + block_ - 1) / block_),
-              options.buffer_bytes / 4, budget),
-        reservation_(budget.reserve(std::min(block_, count) * (sizeof(Vec3) + kRecordBytes), "an output block")) {}
+        block_(
+            std::clamp<std::uint64_t>(options.buffer_bytes / (4 * sizeof(Vec3)), 1 << 12, 1 << 22)),
+        file_(options.temp_dir / "positions",
+              static_cast<std::size_t>((count + block_ - 1) / block_), options.buffer_bytes / 4,
+              budget),
+        reservation_(budget.reserve(std::min(block_, count) * (sizeof(Vec3) + kRecordBytes),
+                                    "an output block")) {}
 
   void add(std::uint64_t number, const Vec3& position) {
     file_.append_record(static_cast<std::size_t>(number / block_), [&](store::Packer& packer) {
@@ -71,7 +75,8 @@ class PositionBlocks {
     for (std::size_t b = 0; b < file_.buckets(); ++b) {
       file_.take(b, bytes);
       positions.resize(static_cast<std::size_t>(std::min(block_, count_ - b * block_)));
-      if (bytes.size() != positions.size() * kRecordBytes) throw CorruptionError("samples were lost on the way");
+      if (bytes.size() != positions.size() * kRecordBytes)
+        throw CorruptionError("samples were lost on the way");
       store::Unpacker unpacker(bytes, "resampled positions");
       while (!unpacker.done()) {
         const auto number = unpacker.get<std::uint32_t>();
@@ -96,7 +101,8 @@ void write_faces(const DyadicGrid& grid, Progress* progress, IndexedMeshWriter& 
   for (std::uint64_t first = 0; first < grid.faces(); first += kChunk) {
     if (progress != nullptr) progress->check();
     chunk.clear();
-    for (std::uint64_t f = first; f < std::min(first + kChunk, grid.faces()); ++f) chunk.push_back(grid.triangle(f));
+    for (std::uint64_t f = first; f < std::min(first + kChunk, grid.faces()); ++f)
+      chunk.push_back(grid.triangle(f));
     writer.write_triangles(chunk);
   }
 }
@@ -122,11 +128,13 @@ void pull_back(const MapFiles& files, const PointProducer& produce, const Resamp
   });
   for (;; --level) {
     const map::LevelMap map(*files.logs[level]);
-    const std::size_t targets = level == 0 ? files.tiles->sections() : files.logs[level - 1]->sections() / 2;
+    const std::size_t targets =
+        level == 0 ? files.tiles->sections() : files.logs[level - 1]->sections() / 2;
     auto next = make_buckets(options, level == 0 ? files.logs.size() : level - 1, targets, budget);
     map::carry_points(map, SegmentMap::Direction::kInverse, *points, options.carry,
                       [&](const FaceLink& link, const TaggedPoint& point) {
-                        if (link.segment >= targets) throw CorruptionError("a log leads to a segment that does not exist");
+                        if (link.segment >= targets)
+                          throw CorruptionError("a log leads to a segment that does not exist");
                         next->add(link.segment, point);
                       });
     points = std::move(next);

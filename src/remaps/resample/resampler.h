@@ -16,9 +16,10 @@ namespace remaps::resample {
 
 struct ResampleOptions {
   map::CarryOptions carry;
-  std::uint64_t buffer_bytes = 32 << 20;  ///< for the write buffers of one stage and one output block
-  std::filesystem::path temp_dir;         ///< holds 25 bytes a point at a time, 17 bytes a result
-  Vec3 origin;                            ///< added to the positions of the tiles
+  std::uint64_t buffer_bytes =
+      32 << 20;                    ///< for the write buffers of one stage and one output block
+  std::filesystem::path temp_dir;  ///< holds 25 bytes a point at a time, 17 bytes a result
+  Vec3 origin;                     ///< added to the positions of the tiles
 };
 
 /// The sealed files of a map, first level first.
@@ -29,16 +30,18 @@ struct MapFiles {
 
 /// Fills points in: called once with a function that adds a point of the base mesh.
 using PointProducer = std::function<void(const std::function<void(const map::TaggedPoint&)>& add)>;
-/// Receives, tile by tile, the points that lie on it: at.face and at.u, at.v refer to the tile. One thread at a time.
-using TileSink = std::function<void(std::uint32_t number, const Tile& tile, std::span<const map::TaggedPoint> points)>;
+/// Receives, tile by tile, the points that lie on it: at.face and at.u, at.v refer to the tile. One
+/// thread at a time.
+using TileSink = std::function<void(std::uint32_t number, const Tile& tile,
+                                    std::span<const map::TaggedPoint> points)>;
 
 /// Pulls points of the base mesh back to the input, through all levels in reverse.
 /// Cost: a pass over the points a level; every log and tile that is touched is read once.
 void pull_back(const MapFiles& files, const PointProducer& points, const ResampleOptions& options,
                MemoryBudget& budget, const TileSink& sink);
 
-/// Resamples the surface: finds every vertex of `grid` on the input and writes the semi-regular mesh as a stream.
-/// The output may be larger than memory.
+/// Resamples the surface: finds every vertex of `grid` on the input and writes the semi-regular
+/// mesh as a stream. The output may be larger than memory.
 void resample_surface(const MapFiles& files, const DyadicGrid& grid, const ResampleOptions& options,
                       MemoryBudget& budget, IndexedMeshWriter& writer);
 

@@ -20,7 +20,8 @@ std::int16_t to_grid(double value) {
 }  // namespace
 
 double planar_shape(GridPoint a, GridPoint b, GridPoint c) {
-  const double longest = std::max({squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)});
+  const double longest =
+      std::max({squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)});
   return longest > 0 ? orientation(a, b, c) / longest : 0;
 }
 
@@ -52,7 +53,8 @@ bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, Fl
   for (unsigned i = 0; i < n; ++i) largest = std::max(largest, power * (log_radius[i] - log_mean));
   for (unsigned i = 0; i < n; ++i) {
     const double radius = kGridRadius * std::exp(power * (log_radius[i] - log_mean) - largest);
-    out.ring[i] = {to_grid(radius * std::cos(power * angle[i])), to_grid(radius * std::sin(power * angle[i]))};
+    out.ring[i] = {to_grid(radius * std::cos(power * angle[i])),
+                   to_grid(radius * std::sin(power * angle[i]))};
   }
   if (boundary) {
     // The two boundary edges lie on one line through the origin, exactly.

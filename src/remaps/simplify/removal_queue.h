@@ -8,7 +8,8 @@
 
 namespace remaps::simplify {
 
-/// Indexed 4-ary min-heap of vertices by cost; equal costs leave in order of index, so that runs are alike.
+/// Indexed 4-ary min-heap of vertices by cost; equal costs leave in order of index, so that runs
+/// are alike.
 class RemovalQueue {
  public:
   void reset(std::size_t vertices) {

@@ -24,7 +24,8 @@ struct Polygon {
   }
 };
 
-/// Keeps the part of `polygon` on the left of the line a -> b; returns twice the area of what was cut off on the right.
+/// Keeps the part of `polygon` on the left of the line a -> b; returns twice the area of what was
+/// cut off on the right.
 double cut_right(GridPoint a, GridPoint b, Polygon& polygon, double whole) {
   std::array<double, kMaxRing + 3> side;
   bool any_left = false;
@@ -112,7 +113,8 @@ void initialize_loads(const Patch& patch, double diagonal, Segment& s) {
 
   const double least = 1 / (diagonal * diagonal);
   std::vector<double> curvature(faces);
-  for (std::size_t f = 0; f < faces; ++f) curvature[f] = squared_curvature(s, s.triangle[f], normal);
+  for (std::size_t f = 0; f < faces; ++f)
+    curvature[f] = squared_curvature(s, s.triangle[f], normal);
   for (LocalIndex f = 0; f < faces; ++f) {
     double sum = curvature[f] * area[f];
     double weight = area[f];

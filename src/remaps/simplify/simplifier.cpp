@@ -21,7 +21,8 @@ bool Simplifier::prepare(LocalIndex v) {
   if (n < 3 || (star_.boundary && star_.wedges < 2)) return false;
   const Vec3 centre = widen(segment_->position[v]);
   for (unsigned i = 0; i < n; ++i) offset_[i] = widen(segment_->position[star_.ring[i]]) - centre;
-  if (!flatten_star({offset_.data(), n}, star_.boundary, options_->wedge_floor, flat_)) return false;
+  if (!flatten_star({offset_.data(), n}, star_.boundary, options_->wedge_floor, flat_))
+    return false;
   for (unsigned i = 0; i < star_.wedges; ++i) {
     normal_[i] = cross(offset_[i], offset_[i + 1 == n ? 0 : i + 1]);
     wedge_load_[i] = segment_->load[star_.corner[i] / 3];
@@ -29,7 +30,8 @@ bool Simplifier::prepare(LocalIndex v) {
   return true;
 }
 
-/// The tests of a fan that need no connectivity beyond the star: valence, planar orientation, normals.
+/// The tests of a fan that need no connectivity beyond the star: valence, planar orientation,
+/// normals.
 bool Simplifier::fan_fits(unsigned apex) const {
   const unsigned n = star_.ring_size();
   const unsigned valence = patch_->valence(star_.ring[apex]);
@@ -122,15 +124,17 @@ void Simplifier::remove(LocalIndex v, unsigned apex, RetriangulationLog& log) {
   log.append(record);
 
   carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_);
-  for (unsigned j = 0; j + 2 < n; ++j) segment_->load[record.face[j]] = static_cast<float>(fan_load_[j]);
+  for (unsigned j = 0; j + 2 < n; ++j)
+    segment_->load[record.face[j]] = static_cast<float>(fan_load_[j]);
   const LocalIndex target = star_.ring[apex];
   segment_->quadric[target].add_translated(segment_->quadric[v], Vec3{} - offset_[apex]);
   patch_->retriangulate(v, star_, apex);
   queue_.erase(v);
 }
 
-std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Patch& patch, std::size_t alive,
-                            RetriangulationLog& log, std::vector<LocalIndex>& removed) {
+std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Patch& patch,
+                            std::size_t alive, RetriangulationLog& log,
+                            std::vector<LocalIndex>& removed) {
   options_ = &options;
   segment_ = &segment;
   patch_ = &patch;

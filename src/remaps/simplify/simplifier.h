@@ -11,20 +11,22 @@
 namespace remaps::simplify {
 
 struct SimplifyOptions {
-  std::size_t target_vertices = 0;  ///< stop when so many own vertices are left  
+  std::size_t target_vertices = 0;  ///< stop when so many own vertices are left
   double diagonal = 1;              ///< of the input's bounding box
   double wedge_floor = 0.0005;      ///< least planar_shape of a wedge of a flattened star
   double fan_floor = 0.002;         ///< least planar_shape of a new planar triangle
-  double normal_floor = 0.0;        ///< least cosine between the normals of a triangle before and after
-  unsigned max_valence = 12;        ///< of any vertex after a removal (larger ones may shrink)
+  double normal_floor = 0.0;  ///< least cosine between the normals of a triangle before and after
+  unsigned max_valence = 12;  ///< of any vertex after a removal (larger ones may shrink)
 };
 
-/// Simplifies one segment at a time by vertex removal and writes the log. Keeps its buffers from one to the next.
+/// Simplifies one segment at a time by vertex removal and writes the log. Keeps its buffers from
+/// one to the next.
 class Simplifier {
  public:
   /// Removes unlocked vertices, cheapest first, until target_vertices are left or none can go.
   ///
-  /// @param segment  triangle is out of date afterwards: read the faces from patch; load and quadric are kept up
+  /// @param segment  triangle is out of date afterwards: read the faces from patch; load and
+  /// quadric are kept up
   /// @param alive    number of own vertices that have faces
   /// @param log      records are appended
   /// @param removed  the removed vertices are appended, one a record

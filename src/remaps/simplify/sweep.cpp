@@ -48,17 +48,21 @@ struct SegmentResult {
       what = fmt::format("a face uses vertex {} twice (its other vertex is {})", a, b);
       break;
     case Kind::kEdgeFaces:
-      what = fmt::format("the edge between vertices {} and {} belongs to more than two faces", a, b);
+      what =
+          fmt::format("the edge between vertices {} and {} belongs to more than two faces", a, b);
       break;
     case Kind::kOrientation:
-      what = fmt::format("the two faces at the edge between vertices {} and {} are oriented against each other", a, b);
+      what = fmt::format(
+          "the two faces at the edge between vertices {} and {} are oriented against each other", a,
+          b);
       break;
     default:
       what = fmt::format("the faces at vertex {} form more than one fan", a);
   }
-  throw GeometryError(fmt::format("{}: not a manifold surface: {} (vertices count from 0). Repair the mesh first, "
-                                  "for instance with MeshLab's \"Repair non manifold\" filters.",
-                                  input, what));
+  throw GeometryError(
+      fmt::format("{}: not a manifold surface: {} (vertices count from 0). Repair the mesh first, "
+                  "for instance with MeshLab's \"Repair non manifold\" filters.",
+                  input, what));
 }
 
 Tile make_tile(const Segment& s) {
@@ -94,11 +98,12 @@ class Sweep {
   }
 
   SweepCounts run() {
-    run_ordered(level_.segments(), options_.threads, [this](std::size_t i, unsigned lane) -> Commit {
-      if (options_.progress != nullptr) options_.progress->check();
-      std::shared_ptr<SegmentResult> result = process(i, lanes_[lane]);
-      return [this, i, result] { commit(i, *result); };
-    });
+    run_ordered(level_.segments(), options_.threads,
+                [this](std::size_t i, unsigned lane) -> Commit {
+                  if (options_.progress != nullptr) options_.progress->check();
+                  std::shared_ptr<SegmentResult> result = process(i, lanes_[lane]);
+                  return [this, i, result] { commit(i, *result); };
+                });
     return counts_;
   }
 
@@ -122,7 +127,8 @@ class Sweep {
 
   void prepare_input(Lane& lane, SegmentResult& result) const {
     const Segment& s = lane.segment;
-    for (LocalIndex v = 0; v < s.own_vertices; ++v) result.unreferenced += !lane.patch.vertex_alive(v);
+    for (LocalIndex v = 0; v < s.own_vertices; ++v)
+      result.unreferenced += !lane.patch.vertex_alive(v);
     initialize_loads(lane.patch, options_.diagonal, lane.segment);
     result.topology = count_segment(s, lane.patch);
     result.tile = store::pack_section(encode_tile(make_tile(s)));
@@ -139,13 +145,15 @@ class Sweep {
     lane.log.faces = s.home_faces;
     lane.removed.clear();
     SimplifyOptions simplify;
-    simplify.target_vertices = output_.next == nullptr
-                                   ? static_cast<std::size_t>(options_.base_vertices)
-                                   : locked + static_cast<std::size_t>(std::ceil(double(alive - locked) * options_.keep));
+    simplify.target_vertices =
+        output_.next == nullptr
+            ? static_cast<std::size_t>(options_.base_vertices)
+            : locked + static_cast<std::size_t>(std::ceil(double(alive - locked) * options_.keep));
     simplify.diagonal = options_.diagonal;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {
-      // Nothing goes any more under the usual rules: allow worse shapes and one more valence before giving up.
+      // Nothing goes any more under the usual rules: allow worse shapes and one more valence before
+      // giving up.
       simplify.wedge_floor = simplify.fan_floor = 1e-6;
       simplify.max_valence = kMaxStarFaces - 1;
       lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
@@ -161,7 +169,9 @@ class Sweep {
         if (lane.patch.vertex_alive(v)) segment[v] = output_.next->cut().segment_of(s.position[v]);
       }
     }
-    const auto routed = [&](LocalIndex v) { return RoutedVertex{s.vertex_id[v], s.position[v], segment[v]}; };
+    const auto routed = [&](LocalIndex v) {
+      return RoutedVertex{s.vertex_id[v], s.position[v], segment[v]};
+    };
     for (LocalIndex v = 0; v < s.own_vertices; ++v) {
       if (!lane.patch.vertex_alive(v)) continue;
       result.vertex.push_back(routed(v));
@@ -188,7 +198,8 @@ class Sweep {
     counts_.vertices_out += result.vertex.size();
     counts_.records += result.record_count;
     counts_.unreferenced_vertices += result.unreferenced;
-    if (options_.progress != nullptr) options_.progress->advance(double(i + 1) / double(level_.segments()));
+    if (options_.progress != nullptr)
+      options_.progress->advance(double(i + 1) / double(level_.segments()));
   }
 
   void hand_on(std::size_t i, SegmentResult& result) {
@@ -198,7 +209,8 @@ class Sweep {
     }
     for (std::size_t f = 0; f < result.face.size(); ++f) {
       const FaceLink origin{static_cast<std::uint32_t>(i), result.log.survivor[f]};
-      result.log.next.push_back(output_.next->add_face(result.face[f], {0, result.load[f], origin}));
+      result.log.next.push_back(
+          output_.next->add_face(result.face[f], {0, result.load[f], origin}));
     }
   }
 

@@ -14,22 +14,24 @@
 namespace remaps::simplify {
 
 struct SweepOptions {
-  double keep = 0.1;                ///< fraction of each segment's free vertices to keep; not used by the last sweep
-  std::uint64_t base_vertices = 200;///< where the last sweep stops
-  double diagonal = 1;              ///< of the input's bounding box
+  double keep =
+      0.1;  ///< fraction of each segment's free vertices to keep; not used by the last sweep
+  std::uint64_t base_vertices = 200;  ///< where the last sweep stops
+  double diagonal = 1;                ///< of the input's bounding box
   unsigned threads = 1;
-  std::string input_name;           ///< for messages about the surface
-  Progress* progress = nullptr;     ///< optional
+  std::string input_name;        ///< for messages about the surface
+  Progress* progress = nullptr;  ///< optional
 };
 
 /// Where a sweep writes.
 struct SweepOutput {
-  store::SectionFileWriter* log = nullptr;      ///< two sections a segment, see SegmentLog; not sealed here
-  store::SectionFileWriter* tiles = nullptr;    ///< level 0: one section a segment
-  TopologyCounter* topology = nullptr;          ///< level 0
-  DomainLevel* next = nullptr;                  ///< where the remaining mesh goes; null in the last sweep
-  PositionSample* sample = nullptr;             ///< of the next level's vertices; with next
-  BaseMesh* base = nullptr;                     ///< last sweep: the base mesh
+  store::SectionFileWriter* log =
+      nullptr;  ///< two sections a segment, see SegmentLog; not sealed here
+  store::SectionFileWriter* tiles = nullptr;  ///< level 0: one section a segment
+  TopologyCounter* topology = nullptr;        ///< level 0
+  DomainLevel* next = nullptr;       ///< where the remaining mesh goes; null in the last sweep
+  PositionSample* sample = nullptr;  ///< of the next level's vertices; with next
+  BaseMesh* base = nullptr;          ///< last sweep: the base mesh
 };
 
 struct SweepCounts {
@@ -41,12 +43,14 @@ struct SweepCounts {
   std::uint64_t unreferenced_vertices = 0;  ///< level 0: vertices without a face
 };
 
-/// Simplifies all segments of a level: loads each, removes vertices, appends its log and hands what is left to the next
-/// level. The level is consumed. Segments are tasks of worker threads; results are committed in order of segments, so
-/// the bytes written do not depend on the number of threads. A level of one segment is the last: it goes to the base.
+/// Simplifies all segments of a level: loads each, removes vertices, appends its log and hands what
+/// is left to the next level. The level is consumed. Segments are tasks of worker threads; results
+/// are committed in order of segments, so the bytes written do not depend on the number of threads.
+/// A level of one segment is the last: it goes to the base.
 ///
 /// @throws GeometryError  level 0: the surface is no manifold; names the first offending elements
-/// Source: [AGL06] section 3; differs: segments are cut by place, the log replaces the map file of every level.
+/// Source: [AGL06] section 3; differs: segments are cut by place, the log replaces the map file of
+/// every level.
 SweepCounts run_sweep(DomainLevel& level, const SweepOptions& options, const SweepOutput& output);
 
 }  // namespace remaps::simplify

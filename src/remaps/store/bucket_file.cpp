@@ -14,10 +14,11 @@ std::size_t block_size(std::size_t buckets, std::uint64_t buffer_bytes) {
 
 }  // namespace
 
-BucketFile::BucketFile(const std::filesystem::path& path, std::size_t buckets, std::uint64_t buffer_bytes,
-                       MemoryBudget& budget)
+BucketFile::BucketFile(const std::filesystem::path& path, std::size_t buckets,
+                       std::uint64_t buffer_bytes, MemoryBudget& budget)
     : block_bytes_(block_size(buckets, buffer_bytes)),
-      reservation_(budget.reserve(block_bytes_ * buckets, "buffers for " + path.filename().string())),
+      reservation_(
+          budget.reserve(block_bytes_ * buckets, "buffers for " + path.filename().string())),
       path_(path),
       file_(File::create(path)),
       buckets_(buckets) {}
@@ -62,7 +63,8 @@ void BucketFile::flush(Bucket& bucket) {
   bucket.filling.clear();
 }
 
-void BucketFile::read(std::size_t index, std::uint64_t offset, std::uint64_t bytes, Bytes& out) const {
+void BucketFile::read(std::size_t index, std::uint64_t offset, std::uint64_t bytes,
+                      Bytes& out) const {
   const Bucket& bucket = buckets_[index];
   out.resize(static_cast<std::size_t>(bytes));
   thread_local Bytes whole;

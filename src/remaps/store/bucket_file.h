@@ -11,14 +11,17 @@
 
 namespace remaps::store {
 
-/// Many growing byte sequences ("buckets") in one temporary file: how data is sorted by place without memory that grows
-/// with it. Each bucket fills a block in memory; full blocks go to the file, checksummed. Blocks of consumed buckets are
-/// used again, so the file grows to the largest amount alive at a time. What never fills a block never touches the disk.
+/// Many growing byte sequences ("buckets") in one temporary file: how data is sorted by place
+/// without memory that grows with it. Each bucket fills a block in memory; full blocks go to the
+/// file, checksummed. Blocks of consumed buckets are used again, so the file grows to the largest
+/// amount alive at a time. What never fills a block never touches the disk.
 ///
-/// Appending is for one thread. Reading and releasing may run on several, of buckets that nobody appends to any more.
+/// Appending is for one thread. Reading and releasing may run on several, of buckets that nobody
+/// appends to any more.
 class BucketFile {
  public:
-  /// @param buffer_bytes  memory for all blocks being filled, reserved from the budget; the block size follows from it
+  /// @param buffer_bytes  memory for all blocks being filled, reserved from the budget; the block
+  /// size follows from it
   ///                      (512 B to 256 KiB)
   BucketFile(const std::filesystem::path& path, std::size_t buckets, std::uint64_t buffer_bytes,
              MemoryBudget& budget);

@@ -22,7 +22,8 @@ IoCounts io_counts() {
 }
 
 void File::fail(const char* what) const {
-  throw IoError(path_.string() + ": cannot " + what + ": " + std::generic_category().message(errno));
+  throw IoError(path_.string() + ": cannot " + what + ": " +
+                std::generic_category().message(errno));
 }
 
 File File::open_read(const std::filesystem::path& path) {
@@ -68,8 +69,8 @@ void File::read_at(std::uint64_t offset, std::span<std::byte> data) const {
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail("read");
     if (n == 0) {
-      throw CorruptionError(path_.string() + ": ends at byte " + std::to_string(offset + done) + ", " +
-                            std::to_string(data.size() - done) + " more were expected");
+      throw CorruptionError(path_.string() + ": ends at byte " + std::to_string(offset + done) +
+                            ", " + std::to_string(data.size() - done) + " more were expected");
     }
     done += static_cast<std::size_t>(n);
   }

@@ -9,8 +9,9 @@
 
 namespace remaps::store {
 
-/// An open file with positioned reads and writes. Move-only; every call checks its result. Reads may run on several
-/// threads at once. The bytes that went through all files of the process are counted for the report.
+/// An open file with positioned reads and writes. Move-only; every call checks its result. Reads
+/// may run on several threads at once. The bytes that went through all files of the process are
+/// counted for the report.
 class File {
  public:
   File() = default;

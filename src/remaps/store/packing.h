@@ -13,7 +13,8 @@
 
 namespace remaps::store {
 
-static_assert(std::endian::native == std::endian::little, "files are little-endian, and so must the machine be");
+static_assert(std::endian::native == std::endian::little,
+              "files are little-endian, and so must the machine be");
 
 using Bytes = std::vector<std::byte>;
 using ByteSpan = std::span<const std::byte>;
@@ -27,16 +28,12 @@ class Packer {
   explicit Packer(Bytes& out) : out_(out) {}
 
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  void put(const T& value) {
-    append(&value, sizeof value);
-  }
+  requires std::is_trivially_copyable_v<T>
+  void put(const T& value) { append(&value, sizeof value); }
   void put40(std::uint64_t id) { append(&id, 5); }
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  void put_array(std::span<const T> values) {
-    append(values.data(), values.size_bytes());
-  }
+  requires std::is_trivially_copyable_v<T>
+  void put_array(std::span<const T> values) { append(values.data(), values.size_bytes()); }
   /// Unsigned LEB128.
   void put_varint(std::uint64_t value) {
     while (value >= 128) {
@@ -70,8 +67,7 @@ class Unpacker {
   std::size_t left() const { return bytes_.size() - at_; }
 
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  T get() {
+  requires std::is_trivially_copyable_v<T> T get() {
     T value;
     take(&value, sizeof value);
     return value;
@@ -82,13 +78,11 @@ class Unpacker {
     return id;
   }
   template <class T>
-    requires std::is_trivially_copyable_v<T>
-  void get_array(std::span<T> values) {
-    take(values.data(), values.size_bytes());
-  }
+  requires std::is_trivially_copyable_v<T>
+  void get_array(std::span<T> values) { take(values.data(), values.size_bytes()); }
   /// Resizes to `count` elements and fills them; the count is checked before memory is taken.
   template <class T>
-    requires std::is_trivially_copyable_v<T>
+  requires std::is_trivially_copyable_v<T>
   void get_vector(std::uint64_t count, std::vector<T>& values) {
     if (count > left() / sizeof(T)) fail();
     values.resize(static_cast<std::size_t>(count));

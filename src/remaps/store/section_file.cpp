@@ -100,7 +100,8 @@ SectionFile::SectionFile(const std::filesystem::path& path, std::array<char, 4> 
     refuse("the index at byte " + std::to_string(trailer.index_offset) + " fails its checksum");
   }
   for (const Entry& entry : index_) {
-    if (entry.offset > trailer.index_offset || entry.stored_bytes > trailer.index_offset - entry.offset) {
+    if (entry.offset > trailer.index_offset ||
+        entry.stored_bytes > trailer.index_offset - entry.offset) {
       refuse("the index names bytes outside the file");
     }
   }
@@ -109,8 +110,8 @@ SectionFile::SectionFile(const std::filesystem::path& path, std::array<char, 4> 
 void SectionFile::read(std::size_t section, Bytes& out) const {
   const Entry& entry = index_[section];
   const auto refuse = [&](const std::string& why) {
-    throw CorruptionError(file_.path().string() + ": section " + std::to_string(section) + " at byte " +
-                          std::to_string(entry.offset) + ' ' + why);
+    throw CorruptionError(file_.path().string() + ": section " + std::to_string(section) +
+                          " at byte " + std::to_string(entry.offset) + ' ' + why);
   };
   thread_local Bytes stored;
   stored.resize(static_cast<std::size_t>(entry.stored_bytes));

@@ -11,7 +11,8 @@
 
 namespace remaps::store {
 
-/// A section as it will lie in the file: compressed and checksummed. Made on any thread, appended on one.
+/// A section as it will lie in the file: compressed and checksummed. Made on any thread, appended
+/// on one.
 struct PackedSection {
   Bytes stored;
   std::uint64_t raw_bytes = 0;
@@ -19,8 +20,8 @@ struct PackedSection {
 };
 PackedSection pack_section(ByteSpan raw);
 
-/// A sealed container of numbered sections, each compressed and checksummed: logs and tiles. Byte-level format in
-/// docs/formats/sections.md.
+/// A sealed container of numbered sections, each compressed and checksummed: logs and tiles.
+/// Byte-level format in docs/formats/sections.md.
 class SectionFileWriter {
  public:
   /// @param kind  four characters that say what the sections hold
@@ -31,7 +32,8 @@ class SectionFileWriter {
 
   /// @return  number of the section
   std::size_t append(const PackedSection& section);
-  /// Writes the index and renames the file to its final name. Without it the file goes with the object.
+  /// Writes the index and renames the file to its final name. Without it the file goes with the
+  /// object.
   void seal();
 
  private:
