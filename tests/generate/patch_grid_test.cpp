@@ -13,13 +13,13 @@ namespace {
 constexpr BaseShape kShapes[] = {BaseShape::kIcosahedron, BaseShape::kTorus,
                                  BaseShape::kDoubleTorus, BaseShape::kDisk};
 
-PatchGrid make_grid(const BaseMesh& base, std::uint64_t n) {
+PatchGrid make_grid(const ShapeMesh& base, std::uint64_t n) {
   return {base.triangles, base.positions.size(), n};
 }
 
 TEST(PatchGrid, NumbersEveryGridPointOfItsOwnerOnce) {
   for (const BaseShape shape : kShapes) {
-    const BaseMesh base = make_base_mesh(shape);
+    const ShapeMesh base = make_base_mesh(shape);
     for (const std::uint64_t n : {1u, 2u, 3u, 4u, 7u, 16u}) {
       const PatchGrid grid = make_grid(base, n);
       for (VertexId v = 0; v < grid.vertices(); ++v) ASSERT_EQ(grid.vertex(grid.point(v)), v);
@@ -41,7 +41,7 @@ TEST(PatchGrid, NumbersEveryTriangleOnce) {
 }
 
 TEST(PatchGrid, FindsTheNearestDivision) {
-  const BaseMesh base = make_base_mesh(BaseShape::kIcosahedron);  // 10 n^2 + 2 vertices
+  const ShapeMesh base = make_base_mesh(BaseShape::kIcosahedron);  // 10 n^2 + 2 vertices
   const auto nearest = [&](std::uint64_t target) {
     return PatchGrid::nearest_n(base.triangles, base.positions.size(), target);
   };
@@ -54,7 +54,7 @@ TEST(PatchGrid, FindsTheNearestDivision) {
 }
 
 TEST(PatchGrid, InvertsItsNumberingBeyond32Bits) {
-  const BaseMesh base = make_base_mesh(BaseShape::kTorus);
+  const ShapeMesh base = make_base_mesh(BaseShape::kTorus);
   const PatchGrid grid = make_grid(base, 3'000'000);
   ASSERT_GT(grid.vertices(), std::uint64_t{1} << 48);
   for (std::uint64_t i = 0; i < 5000; ++i) {

@@ -111,7 +111,7 @@ Vec3 doubled_area(const ScanGenerator& generator, FaceId f) {
 TEST(ScanGenerator, FlipsNoTriangleOver) {
   GeneratorOptions options;
   options.base =
-      BaseMesh{{{0, 0, 0}, {1, 0, 0}, {0.5, 0.8, 0}, {1.5, 0.9, 0}}, {{0, 1, 2}, {1, 3, 2}}};
+      ShapeMesh{{{0, 0, 0}, {1, 0, 0}, {0.5, 0.8, 0}, {1.5, 0.9, 0}}, {{0, 1, 2}, {1, 3, 2}}};
   options.vertices = 50'000;
   options.amplitude = 0;
   options.jitter = 1;
@@ -223,8 +223,8 @@ TEST(ScanGenerator, JoinsTrianglesBeyond32Bits) {
 
 TEST(ScanGenerator, TakesAnyBaseMesh) {
   GeneratorOptions options;
-  options.base = BaseMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-                          {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
+  options.base = ShapeMesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
+                           {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}};
   options.vertices = 10'000;
   const Mesh mesh = collect(ScanGenerator(options));
   for (const auto& [edge, count] : half_edges(mesh)) ASSERT_EQ(count, 1);

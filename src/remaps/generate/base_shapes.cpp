@@ -10,9 +10,9 @@
 namespace remaps {
 namespace {
 
-BaseMesh make_icosahedron() {
+ShapeMesh make_icosahedron() {
   const double p = std::numbers::phi;
-  BaseMesh mesh;
+  ShapeMesh mesh;
   mesh.positions = {{-1, p, 0},  {1, p, 0},  {-1, -p, 0}, {1, -p, 0}, {0, -1, p},  {0, 1, p},
                     {0, -1, -p}, {0, 1, -p}, {p, 0, -1},  {p, 0, 1},  {-p, 0, -1}, {-p, 0, 1}};
   for (Vec3& v : mesh.positions) v = 1 / norm(v) * v;
@@ -25,8 +25,8 @@ BaseMesh make_icosahedron() {
 }
 
 /// The icosahedron less its vertex 0: the others move down by one.
-BaseMesh make_disk() {
-  BaseMesh mesh = make_icosahedron();
+ShapeMesh make_disk() {
+  ShapeMesh mesh = make_icosahedron();
   mesh.positions.erase(mesh.positions.begin());
   std::erase_if(mesh.triangles, [](const Triangle& t) { return t[0] == 0; });
   for (Triangle& t : mesh.triangles)
@@ -34,12 +34,12 @@ BaseMesh make_disk() {
   return mesh;
 }
 
-void add_quad(BaseMesh& mesh, VertexId a, VertexId b, VertexId c, VertexId d) {
+void add_quad(ShapeMesh& mesh, VertexId a, VertexId b, VertexId c, VertexId d) {
   mesh.triangles.push_back({a, b, c});
   mesh.triangles.push_back({a, c, d});
 }
 
-BaseMesh make_torus() {
+ShapeMesh make_torus() {
   constexpr VertexId kAround = 12;
   constexpr VertexId kTube = 6;
   constexpr double kTubeRadius = 0.45;
@@ -47,7 +47,7 @@ BaseMesh make_torus() {
     return 2 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(n);
   };
   const auto id = [](VertexId i, VertexId j) { return (i % kAround) * kTube + j % kTube; };
-  BaseMesh mesh;
+  ShapeMesh mesh;
   for (VertexId i = 0; i < kAround; ++i) {
     for (VertexId j = 0; j < kTube; ++j) {
       const double u = angle_rad(i, kAround);
@@ -62,7 +62,7 @@ BaseMesh make_torus() {
 }
 
 /// Moves every vertex half way to the mean of its neighbours, all at once.
-void smooth(BaseMesh& mesh) {
+void smooth(ShapeMesh& mesh) {
   std::vector<Vec3> sums(mesh.positions.size());
   std::vector<double> valences(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
@@ -76,8 +76,8 @@ void smooth(BaseMesh& mesh) {
 }
 
 /// Divides every triangle into four at the middles of its edges.
-BaseMesh subdivided(const BaseMesh& mesh) {
-  BaseMesh result{mesh.positions, {}, mesh.spherical};
+ShapeMesh subdivided(const ShapeMesh& mesh) {
+  ShapeMesh result{mesh.positions, {}, mesh.spherical};
   std::map<std::pair<VertexId, VertexId>, VertexId> ids;
   const auto middle = [&](VertexId a, VertexId b) {
     const auto [at, is_new] = ids.try_emplace(std::minmax(a, b), result.positions.size());
@@ -95,12 +95,12 @@ BaseMesh subdivided(const BaseMesh& mesh) {
 }
 
 /// The surface of a slab of 5 x 3 x 1 unit cubes without the two that make its holes.
-BaseMesh make_double_torus() {
+ShapeMesh make_double_torus() {
   const auto solid = [](int x, int y, int z) {
     const bool hole = y == 1 && (x == 1 || x == 3);
     return x >= 0 && x < 5 && y >= 0 && y < 3 && z == 0 && !hole;
   };
-  BaseMesh mesh;
+  ShapeMesh mesh;
   std::map<std::array<int, 3>, VertexId> ids;
   const auto id = [&](int x, int y, int z) {
     const auto [at, is_new] = ids.try_emplace({x, y, z}, mesh.positions.size());
@@ -141,7 +141,7 @@ std::optional<BaseShape> base_shape_named(std::string_view name) {
   return std::nullopt;
 }
 
-BaseMesh make_base_mesh(BaseShape shape) {
+ShapeMesh make_base_mesh(BaseShape shape) {
   switch (shape) {
     case BaseShape::kTorus:
       return make_torus();

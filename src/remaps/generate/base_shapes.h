@@ -20,13 +20,13 @@ enum class BaseShape {
 std::optional<BaseShape> base_shape_named(std::string_view name);
 
 /// A small oriented manifold mesh, with or without boundary, to generate a large one from.
-struct BaseMesh {
+struct ShapeMesh {
   std::vector<Vec3> positions;
   std::vector<Triangle> triangles;
   /// True: the smooth surface is the unit sphere; false: the triangles rounded by their normals.
   bool spherical = false;
 };
 
-BaseMesh make_base_mesh(BaseShape shape);
+ShapeMesh make_base_mesh(BaseShape shape);
 
 }  // namespace remaps

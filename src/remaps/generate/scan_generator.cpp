@@ -48,12 +48,12 @@ GeneratorOptions checked(GeneratorOptions options) {
   return options;
 }
 
-BaseMesh take_base(GeneratorOptions& options) {
+ShapeMesh take_base(GeneratorOptions& options) {
   if (const auto* shape = std::get_if<BaseShape>(&options.base)) return make_base_mesh(*shape);
-  return std::move(std::get<BaseMesh>(options.base));
+  return std::move(std::get<ShapeMesh>(options.base));
 }
 
-PatchGrid divide(const BaseMesh& base, std::uint64_t target) {
+PatchGrid divide(const ShapeMesh& base, std::uint64_t target) {
   const std::uint64_t vertices = base.positions.size();
   return {base.triangles, vertices, PatchGrid::nearest_n(base.triangles, vertices, target)};
 }

@@ -16,7 +16,7 @@ namespace remaps {
 
 struct GeneratorOptions {
   /// What the mesh is divided from: a built-in shape, or any oriented manifold mesh.
-  std::variant<BaseShape, BaseMesh> base = BaseShape::kIcosahedron;
+  std::variant<BaseShape, ShapeMesh> base = BaseShape::kIcosahedron;
   /// Wanted number of vertices. Every base face is divided n x n with the nearest n.
   std::uint64_t vertices = 1'000'000;
   /// Height of the fractal relief, as a fraction of the base's bounding-box diagonal.

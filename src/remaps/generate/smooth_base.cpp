@@ -25,7 +25,7 @@ Vec3 normalized(const Vec3& v) {
 
 }  // namespace
 
-SmoothBase::SmoothBase(BaseMesh mesh) : mesh_(std::move(mesh)), normals_(mesh_.positions.size()) {
+SmoothBase::SmoothBase(ShapeMesh mesh) : mesh_(std::move(mesh)), normals_(mesh_.positions.size()) {
   Box3 box;
   for (const Vec3& p : mesh_.positions) box.add(p);
   diagonal_ = box.diagonal();

@@ -18,19 +18,19 @@ struct SurfaceFrame {
 /// Source: Boubekeur, Alexa, Phong Tessellation, SIGGRAPH Asia 2008.
 class SmoothBase {
  public:
-  explicit SmoothBase(BaseMesh mesh);
+  explicit SmoothBase(ShapeMesh mesh);
 
   /// The surface over a point of a base face.
   /// @param weights  barycentrics; sum to 1
   SurfaceFrame frame(std::uint64_t face, const Vec3& weights) const;
 
-  const BaseMesh& mesh() const { return mesh_; }
+  const ShapeMesh& mesh() const { return mesh_; }
   /// Of the bounding box of the base vertices.
   double diagonal() const { return diagonal_; }
   double mean_edge() const;
 
  private:
-  BaseMesh mesh_;
+  ShapeMesh mesh_;
   std::vector<Vec3> normals_;
   double diagonal_ = 0;
 };
