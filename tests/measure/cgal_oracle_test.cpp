@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "measure/test_surfaces.h"
-#include "remaps/measure/closest_point_tree.h"
+#include "remaps/mesh/closest_point_tree.h"
 #include "remaps/measure/surface_error.h"
 
 namespace remaps {

@@ -1,4 +1,4 @@
-#include "remaps/measure/closest_point_tree.h"
+#include "remaps/mesh/closest_point_tree.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "measure/test_surfaces.h"
 #include "remaps/base/errors.h"
-#include "remaps/measure/point_triangle.h"
+#include "remaps/mesh/point_triangle.h"
 
 namespace remaps {
 namespace {

@@ -1,4 +1,4 @@
-#include "remaps/measure/closest_point_tree.h"
+#include "remaps/mesh/closest_point_tree.h"
 
 #include <embree3/rtcore.h>
 
@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "remaps/base/errors.h"
-#include "remaps/measure/point_triangle.h"
+#include "remaps/mesh/point_triangle.h"
 
 namespace remaps {
 namespace {

@@ -1,4 +1,4 @@
-#include "remaps/measure/point_triangle.h"
+#include "remaps/mesh/point_triangle.h"
 
 #include <algorithm>
 #include <cstddef>
