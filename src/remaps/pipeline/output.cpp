@@ -10,6 +10,7 @@
 #include "remaps/measure/surface_error.h"
 #include "remaps/pipeline/vertex_spool.h"
 #include "remaps/resample/dyadic_grid.h"
+#include "remaps/resample/fit.h"
 #include "remaps/resample/resampler.h"
 
 namespace remaps::pipeline {
@@ -98,6 +99,47 @@ void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan
   report.error = measure_surface_error(triangles_of_tiles(bundle.tiles()), output, options);
 }
 
+/// Resamples, fits and writes: with --fit the output is held in memory, otherwise it streams.
+void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::DyadicGrid& grid,
+                const resample::ResampleOptions& options, MemoryBudget& budget,
+                IndexedMeshWriter& writer) {
+  const auto write_faces = [&](std::span<const Triangle> faces) { writer.write_triangles(faces); };
+  if (!job.fit) {
+    resample::resample_positions(
+        bundle.files(), grid, options, budget,
+        [&](std::span<const Vec3> positions) { writer.write_positions(positions); });
+    resample::stream_faces(grid, options.carry.progress, write_faces);
+    return;
+  }
+  using Face = std::array<std::uint32_t, 3>;
+  const Reservation reservation = budget.reserve(
+      grid.vertices() * sizeof(Vec3) + grid.faces() * sizeof(Face), "holding the output for --fit");
+  std::vector<Vec3> positions;
+  positions.reserve(static_cast<std::size_t>(grid.vertices()));
+  resample::ResampleOptions relative = options;
+  relative.origin = {};
+  resample::resample_positions(bundle.files(), grid, relative, budget,
+                               [&](std::span<const Vec3> part) {
+                                 positions.insert(positions.end(), part.begin(), part.end());
+                               });
+  std::vector<Face> faces;
+  faces.reserve(static_cast<std::size_t>(grid.faces()));
+  resample::stream_faces(grid, options.carry.progress, [&](std::span<const Triangle> part) {
+    for (const Triangle& t : part) {
+      faces.push_back(
+          {narrow<std::uint32_t>(t[0]), narrow<std::uint32_t>(t[1]), narrow<std::uint32_t>(t[2])});
+    }
+  });
+  resample::FitOptions fit;
+  fit.threads = job.threads;
+  fit.progress = options.carry.progress;
+  if (fit.progress != nullptr) fit.progress->begin("fit");
+  resample::fit_vertices(faces, triangles_of_tiles(bundle.tiles()), fit, budget, positions);
+  for (Vec3& p : positions) p = options.origin + p;
+  writer.write_positions(positions);
+  resample::stream_faces(grid, options.carry.progress, write_faces);
+}
+
 }  // namespace
 
 void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan,
@@ -118,7 +160,7 @@ void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& 
   options.temp_dir = job.temp_dir;
   options.origin = bundle.manifest().origin;
   const auto writer = open_mesh_writer(job.output, grid.vertices(), grid.faces());
-  resample::resample_surface(bundle.files(), grid, options, budget, *writer);
+  write_mesh(bundle, job, grid, options, budget, *writer);
   writer->close();
   report.seconds_resample = seconds_since(start);
   if (!job.measure) return;

@@ -69,7 +69,7 @@ class PositionBlocks {
   }
 
   /// @throws CorruptionError  a number is missing
-  void write(IndexedMeshWriter& writer) {
+  void send(PositionSink sink) {
     std::vector<Vec3> positions;
     store::Bytes bytes;
     for (std::size_t b = 0; b < file_.buckets(); ++b) {
@@ -82,7 +82,7 @@ class PositionBlocks {
         const auto number = unpacker.get<std::uint32_t>();
         positions.at(number) = unpacker.get<Vec3>();
       }
-      writer.write_positions(positions);
+      sink(positions);
     }
   }
 
@@ -94,18 +94,6 @@ class PositionBlocks {
   store::BucketFile file_;
   Reservation reservation_;
 };
-
-void write_faces(const DyadicGrid& grid, Progress* progress, IndexedMeshWriter& writer) {
-  constexpr std::uint64_t kChunk = 1 << 14;
-  std::vector<Triangle> chunk;
-  for (std::uint64_t first = 0; first < grid.faces(); first += kChunk) {
-    if (progress != nullptr) progress->check();
-    chunk.clear();
-    for (std::uint64_t f = first; f < std::min(first + kChunk, grid.faces()); ++f)
-      chunk.push_back(grid.triangle(f));
-    writer.write_triangles(chunk);
-  }
-}
 
 }  // namespace
 
@@ -143,8 +131,8 @@ void pull_back(const MapFiles& files, const PointProducer& produce, const Resamp
   visit_tiles(*files.tiles, *points, options, sink);
 }
 
-void resample_surface(const MapFiles& files, const DyadicGrid& grid, const ResampleOptions& options,
-                      MemoryBudget& budget, IndexedMeshWriter& writer) {
+void resample_positions(const MapFiles& files, const DyadicGrid& grid,
+                        const ResampleOptions& options, MemoryBudget& budget, PositionSink sink) {
   PositionBlocks positions(grid.vertices(), options, budget);
   const auto samples = [&](const std::function<void(const TaggedPoint&)>& add) {
     grid.for_each_sample([&](std::uint64_t number, std::uint32_t face, double u, double v) {
@@ -157,8 +145,20 @@ void resample_surface(const MapFiles& files, const DyadicGrid& grid, const Resam
                 positions.add(point.tag, options.origin + position_on_tile(tile, point.at));
               }
             });
-  positions.write(writer);
-  write_faces(grid, options.carry.progress, writer);
+  positions.send(sink);
+}
+
+void stream_faces(const DyadicGrid& grid, Progress* progress, IndexSink sink) {
+  constexpr std::uint64_t kChunk = 1 << 14;
+  std::vector<Triangle> chunk;
+  for (std::uint64_t first = 0; first < grid.faces(); first += kChunk) {
+    if (progress != nullptr) progress->check();
+    chunk.clear();
+    for (std::uint64_t f = first; f < std::min(first + kChunk, grid.faces()); ++f) {
+      chunk.push_back(grid.triangle(f));
+    }
+    sink(chunk);
+  }
 }
 
 }  // namespace remaps::resample

@@ -40,10 +40,13 @@ using TileSink = std::function<void(std::uint32_t number, const Tile& tile,
 void pull_back(const MapFiles& files, const PointProducer& points, const ResampleOptions& options,
                MemoryBudget& budget, const TileSink& sink);
 
-/// Resamples the surface: finds every vertex of `grid` on the input and writes the semi-regular
-/// mesh as a stream. The output may be larger than memory.
-void resample_surface(const MapFiles& files, const DyadicGrid& grid, const ResampleOptions& options,
-                      MemoryBudget& budget, IndexedMeshWriter& writer);
+/// Resamples the surface: finds every vertex of `grid` on the input and sends the positions in the
+/// order of the grid. The output may be larger than memory.
+void resample_positions(const MapFiles& files, const DyadicGrid& grid,
+                        const ResampleOptions& options, MemoryBudget& budget, PositionSink sink);
+
+/// Sends the faces of a grid in order: pure arithmetic.
+void stream_faces(const DyadicGrid& grid, Progress* progress, IndexSink sink);
 
 /// Position of a point on a tile, relative to the tile's origin.
 Vec3 position_on_tile(const Tile& tile, const map::FacePoint& at);
