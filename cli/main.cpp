@@ -3,10 +3,12 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <new>
 #include <string>
 
 #include "exit_codes.h"
+#include "help_text.h"
 #include "options.h"
 #include "standard_output.h"
 
@@ -53,7 +55,7 @@ int run(int argc, char** argv) {
       "remaps");
   program.footer(kFooter);
   program.set_version_flag("--version", "remaps " REMAPS_VERSION, "Print the version");
-  program.get_formatter()->column_width(32);
+  program.formatter(std::make_shared<HelpFormatter>());
   program.require_subcommand(0, 1);
   Action action;
   add_remesh_commands(program, action);

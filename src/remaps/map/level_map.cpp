@@ -20,6 +20,19 @@ struct Carried {
   TaggedPoint point;
 };
 
+constexpr FaceLink kDropped{kNoIndex, kNoIndex};
+
+/// Each face is dropped by one record or survives; so the count is known before memory is taken for
+/// it.
+void check_face_count(const SegmentLog& log, const std::string& what) {
+  std::uint64_t faces = log.survivor.size();
+  for (std::size_t r = 0; r < log.records.size(); ++r) faces += log.records.boundary(r) ? 1 : 2;
+  if (faces != log.faces) {
+    throw CorruptionError(what + ": " + std::to_string(log.faces) + " faces, but " +
+                          std::to_string(faces) + " survive or are dropped");
+  }
+}
+
 /// Hands out the segment that the pieces in work need; those of one segment share it.
 class SegmentCache {
  public:
@@ -69,8 +82,9 @@ std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment,
   log_->read(2 * segment + 1, bytes);
   decode_survivors(bytes, what, loaded->log);
   const SegmentLog& log = loaded->log;
+  check_face_count(log, what);
   if (direction == SegmentMap::Direction::kForward) {
-    loaded->link.resize(log.faces);
+    loaded->link.assign(log.faces, kDropped);
     for (std::size_t i = 0; i < log.survivor.size(); ++i)
       loaded->link[log.survivor[i]] = log.next[i];
   } else if (log.level == 0) {
@@ -99,6 +113,8 @@ void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointB
       if (point.at.face >= loaded->link.size())
         throw CorruptionError("a surface point lies on a face that does not exist");
       loaded->map.carry({&point.at, 1});
+      if (loaded->link[point.at.face] == kDropped)
+        throw CorruptionError("a surface point ends on a face that was dropped");
     }
     return [&, points, loaded, i] {
       for (TaggedPoint& point : *points) {

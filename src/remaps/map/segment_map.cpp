@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+
+#include "remaps/base/errors.h"
 
 namespace remaps::map {
 namespace {
@@ -98,6 +101,11 @@ void SegmentMap::build(const RetriangulationLog& log, std::size_t faces, Directi
   const auto touch = [&](std::size_t r) {
     for (unsigned i = 0; i < log.wedges(r); ++i) {
       std::uint32_t& latest = first_[log.face(r, i)];
+      // A record that led back to itself would be followed for ever.
+      if (latest != kNoIndex && latest / 16 == r) {
+        throw CorruptionError("record " + std::to_string(r) + " has face " +
+                              std::to_string(log.face(r, i)) + " in its star twice");
+      }
       next_[log.face_offset(r) + i] = latest;
       latest = static_cast<std::uint32_t>(r * 16 + i);
     }

@@ -45,7 +45,7 @@ class LevelReplay {
   void run() {
     const std::size_t segments = log_.sections() / 2;
     const std::uint64_t bytes = largest_segment(segments);
-    const unsigned threads = affordable_threads(options_.threads, bytes, budget_);
+    const unsigned threads = affordable_threads(options_.threads, bytes, budget_.available());
     const Reservation reservation = budget_.reserve(
         bytes * (threads > 1 ? threads + std::uint64_t{1} : 1), "segments being checked");
     run_ordered(segments, threads, [&](std::size_t i, unsigned) -> Commit {
@@ -198,8 +198,8 @@ class LevelReplay {
 
 }  // namespace
 
-unsigned affordable_threads(unsigned wanted, std::uint64_t bytes_each, const MemoryBudget& budget) {
-  const std::uint64_t fit = budget.available() / std::max<std::uint64_t>(bytes_each, 1);
+unsigned affordable_threads(unsigned wanted, std::uint64_t bytes_each, std::uint64_t available) {
+  const std::uint64_t fit = available / std::max<std::uint64_t>(bytes_each, 1);
   return fit < 3 ? 1u : static_cast<unsigned>(std::min<std::uint64_t>(wanted, fit - 1));
 }
 

@@ -41,8 +41,8 @@ struct ReplayedBundle {
 ReplayedBundle replay_bundle(const Bundle& bundle, const ReplayOptions& options,
                              MemoryBudget& budget, Progress& progress, const ReplaySinks& sinks);
 
-/// The number of threads whose segments of a level the budget holds, at least one: `bytes_each` a
-/// thread and one more for what waits.
-unsigned affordable_threads(unsigned wanted, std::uint64_t bytes_each, const MemoryBudget& budget);
+/// The number of threads for which `available` bytes do, at least one: `bytes_each` a thread, and once
+/// more for what waits.
+unsigned affordable_threads(unsigned wanted, std::uint64_t bytes_each, std::uint64_t available);
 
 }  // namespace remaps::pipeline

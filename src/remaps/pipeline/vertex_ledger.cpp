@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <memory>
 
 #include "remaps/base/workers.h"
@@ -98,7 +100,6 @@ struct VertexLedger::Block {
 
   void set_own(std::uint32_t i, const Vec3f& p) {
     if (seen[i] & kOwn) refuse(i, "two tiles call it their own");
-    if (!std::isfinite(norm2(widen(p)))) refuse(i, "its position is not finite");
     note(i, kOwn);
     position[i] = p;
     result.box.add(widen(p));
@@ -161,7 +162,9 @@ struct VertexLedger::Block {
         if (own_pass && (flags & kOwn)) set_own(i, p);
         if (own_pass) continue;
         if (!(seen[i] & kOwn)) refuse(i, "no tile calls it its own");
-        if (p != position[i]) refuse(i, "two tiles have it at different places");
+        if (std::memcmp(&p, &position[i], sizeof p) != 0) {
+          refuse(i, "two tiles have it at different places");
+        }
         if (flags & kUsed) note(i, kUsed);
       } else if (kind == kRemoved) {
         if (!own_pass) check_gone(i);
@@ -267,7 +270,7 @@ LedgerResult VertexLedger::compare(unsigned threads, Progress& progress) {
   std::uint64_t largest = 0;
   for (std::size_t b = 0; b < file_.buckets(); ++b) largest = std::max(largest, file_.bytes(b));
   largest += block_ * (sizeof(Vec3f) + sizeof(MapRecord) + sizeof(double) + 1);
-  threads = affordable_threads(threads, largest, budget_);
+  threads = affordable_threads(threads, largest, budget_.available());
   const Reservation reservation = budget_.reserve(largest * threads, "comparing vertices");
   LedgerResult total;
   run_ordered(file_.buckets(), threads, [&](std::size_t b, unsigned) -> Commit {

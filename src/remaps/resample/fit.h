@@ -13,9 +13,9 @@ namespace remaps::resample {
 
 struct FitOptions {
   unsigned rounds = 2;
-  double samples_per_vertex = 6;  ///< of the original, for each vertex of the mesh
-  unsigned iterations = 30;       ///< of the conjugate gradients of a round, at most
-  double stiffness = 0.02;        ///< of a vertex against moving, in units of one sample
+  double samples_per_vertex = 10;  ///< of the original, for each vertex of the mesh
+  unsigned iterations = 30;        ///< of the conjugate gradients of a round, at most
+  double stiffness = 0.4;          ///< of a vertex against moving, in units of one sample
   unsigned threads = 1;
   Progress* progress = nullptr;  ///< optional
 };

@@ -12,6 +12,8 @@ namespace {
 constexpr std::array<char, 8> kMagic{'r', 'e', 'm', 'a', 'p', 's', 'S', 'F'};
 constexpr std::uint32_t kVersion = 1;
 constexpr int kCompressionLevel = 1;
+/// A zstd block of 4 bytes or more unpacks to 128 KiB or less.
+constexpr std::uint64_t kMaxRatio = 32 << 10;
 
 struct Header {
   std::array<char, 8> magic;
@@ -99,12 +101,15 @@ SectionFile::SectionFile(const std::filesystem::path& path, std::array<char, 4> 
   if (XXH3_64bits(index.data(), index.size()) != trailer.index_checksum) {
     refuse("the index at byte " + std::to_string(trailer.index_offset) + " fails its checksum");
   }
+  std::uint64_t end = sizeof header;
   for (const Entry& entry : index_) {
-    if (entry.offset > trailer.index_offset ||
-        entry.stored_bytes > trailer.index_offset - entry.offset) {
-      refuse("the index names bytes outside the file");
+    if (entry.offset != end || entry.stored_bytes > trailer.index_offset - end) {
+      refuse("the index names bytes outside the file, or leaves some out");
     }
+    if (entry.raw_bytes / kMaxRatio > entry.stored_bytes) refuse("the index names absurd sizes");
+    end += entry.stored_bytes;
   }
+  if (end != trailer.index_offset) refuse("there are bytes between sections and index");
 }
 
 void SectionFile::read(std::size_t section, Bytes& out) const {
