@@ -26,7 +26,7 @@ constexpr FaceLink kDropped{kNoIndex, kNoIndex};
 /// it.
 void check_face_count(const SegmentLog& log, const std::string& what) {
   std::uint64_t faces = log.survivor.size();
-  for (std::size_t r = 0; r < log.records.size(); ++r) faces += log.records.boundary(r) ? 1 : 2;
+  for (std::size_t r = 0; r < log.records.size(); ++r) faces += log.records.boundary(r) ? 1u : 2u;
   if (faces != log.faces) {
     throw CorruptionError(what + ": " + std::to_string(log.faces) + " faces, but " +
                           std::to_string(faces) + " survive or are dropped");

@@ -159,4 +159,21 @@ void decode_tile(store::ByteSpan bytes, const std::string& what, Tile& tile) {
   if (!unpacker.done()) refuse(what, "bytes are left over");
 }
 
+void decode_tile_face_ids(store::ByteSpan bytes, const std::string& what,
+                          std::vector<FaceId>& face_id) {
+  Unpacker unpacker(bytes, what);
+  unpacker.get<LocalIndex>();
+  unpacker.get<std::uint32_t>();
+  const auto faces = unpacker.get<std::uint32_t>();
+  // They are the last so many varints, and only the last byte of a varint is below 128.
+  const std::size_t left = unpacker.left();
+  const store::ByteSpan lists = bytes.last(left);
+  std::size_t start = left;
+  std::uint64_t ends = 0;
+  while (start > 0 && (ends += (lists[start - 1] < std::byte{128})) <= faces) --start;
+  Unpacker ids(lists.subspan(start), what);
+  get_deltas(ids, faces, face_id);
+  if (!ids.done()) refuse(what, "bytes are left over");
+}
+
 }  // namespace remaps

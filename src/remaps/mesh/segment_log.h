@@ -59,6 +59,11 @@ store::Bytes encode_tile(const Tile& tile);
 /// @throws CorruptionError  names `what`
 void decode_tile(store::ByteSpan bytes, const std::string& what, Tile& tile);
 
+/// Reads the face ids alone: the rest is passed over, not decoded.
+/// @throws CorruptionError  names `what`
+void decode_tile_face_ids(store::ByteSpan bytes, const std::string& what,
+                          std::vector<FaceId>& face_id);
+
 inline constexpr std::array<char, 4> kLogKind{'l', 'o', 'g', '1'};
 inline constexpr std::array<char, 4> kTileKind{'t', 'i', 'l', 'e'};
 

@@ -73,7 +73,8 @@ class BaseCount {
       e = find(v, e->opposite);
       if (e == start) break;
     }
-    if (met != faces_at_[v]) refuse(fmt::format("the faces at vertex {} form more than one fan", v));
+    if (met != faces_at_[v])
+      refuse(fmt::format("the faces at vertex {} form more than one fan", v));
   }
 
   /// Connected components of the graph of all edges, or of the boundary edges alone.
@@ -102,12 +103,15 @@ class BaseCount {
 
 }  // namespace
 
-Topology count_base(const BaseMesh& base) { return BaseCount(base).run(); }
+Topology count_base(const BaseMesh& base) {
+  return BaseCount(base).run();
+}
 
 std::vector<VertexId> match_base(const BaseMesh& base, const std::vector<Triangle>& replayed) {
   constexpr VertexId kNone = ~VertexId{0};
   if (base.triangle.size() != replayed.size()) {
-    refuse(fmt::format("{} faces, but the records leave {}", base.triangle.size(), replayed.size()));
+    refuse(
+        fmt::format("{} faces, but the records leave {}", base.triangle.size(), replayed.size()));
   }
   std::vector<VertexId> id(base.position.size(), kNone);
   for (std::size_t f = 0; f < replayed.size(); ++f) {
@@ -115,8 +119,8 @@ std::vector<VertexId> match_base(const BaseMesh& base, const std::vector<Triangl
       VertexId& known = id.at(base.triangle[f][i]);
       if (known == kNone) known = replayed[f][i];
       if (known == replayed[f][i]) continue;
-      refuse(fmt::format("corner {} of face {} is input vertex {} by the records, but {} elsewhere", i,
-                         f, replayed[f][i], known));
+      refuse(fmt::format("corner {} of face {} is input vertex {} by the records, but {} elsewhere",
+                         i, f, replayed[f][i], known));
     }
   }
   std::vector<VertexId> sorted = id;

@@ -13,8 +13,8 @@ namespace remaps::pipeline {
 ///                          has one without a face
 Topology count_base(const BaseMesh& base);
 
-/// Finds which input vertex each base vertex is: triangle f of the base has, corner by corner, those
-/// of replayed[f].
+/// Finds which input vertex each base vertex is: triangle f of the base has, corner by corner,
+/// those of replayed[f].
 /// @return  (v) input indices, all different
 /// @throws CorruptionError  there is no such renumbering
 std::vector<VertexId> match_base(const BaseMesh& base, const std::vector<Triangle>& replayed);

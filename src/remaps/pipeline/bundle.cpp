@@ -8,6 +8,7 @@
 #include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/mesh/segment_log.h"
+#include "remaps/pipeline/query.h"
 #include "remaps/store/file.h"
 
 namespace remaps::pipeline {
@@ -16,6 +17,24 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kBundleVersion = 1;
+
+/// What stands before the manifest's checksum of itself: 16 digits, taken as zeros for the sum.
+constexpr std::string_view kOwnChecksum = "\"manifest.json\": \"";
+constexpr std::size_t kChecksumDigits = 16;
+constexpr const char* kNoChecksum = "0000000000000000";
+
+/// The place of the manifest's own checksum in its text, or npos.
+std::size_t find_own_checksum(std::string_view text) {
+  const std::size_t at = text.rfind(kOwnChecksum);
+  const bool whole =
+      at != std::string_view::npos && at + kOwnChecksum.size() + kChecksumDigits <= text.size();
+  return whole ? at + kOwnChecksum.size() : std::string_view::npos;
+}
+
+std::string own_checksum(std::string text, std::size_t place) {
+  text.replace(place, kChecksumDigits, kNoChecksum);
+  return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
+}
 
 Manifest parse_manifest(const std::filesystem::path& path, const std::string& text) {
   Manifest m;
@@ -26,6 +45,11 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     if (json.at("version") != kBundleVersion) {
       throw CorruptionError(fmt::format("{}: bundle version {}, this program reads {}",
                                         path.string(), json.at("version").dump(), kBundleVersion));
+    }
+    const std::size_t place = find_own_checksum(text);
+    if (place == std::string::npos) throw CorruptionError(path.string() + ": has no checksum");
+    if (text.substr(place, kChecksumDigits) != own_checksum(text, place)) {
+      throw CorruptionError(path.string() + ": fails its checksum");
     }
     const Json& input = json.at("input");
     m.input_name = input.at("name");
@@ -75,6 +99,15 @@ BaseMesh read_base(const std::filesystem::path& path, const Vec3& origin) {
 
 }  // namespace
 
+std::string read_manifest(const std::filesystem::path& bundle) {
+  const std::filesystem::path path = bundle / kManifestName;
+  if (!std::filesystem::exists(path)) {
+    throw InputError(bundle.string() + ": not a bundle (no " + std::string(kManifestName) +
+                     " in it)");
+  }
+  return store::read_whole_file(path);
+}
+
 std::string log_name(std::size_t level) {
   return fmt::format("log-{}.bin", level);
 }
@@ -116,8 +149,13 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
     json["levels"].push_back({{"log", log_name(level)}, {"segments", m.segments[level]}});
   }
   json["checksums"] = {{kMapName, fmt::format("{:016x}", m.map_checksum)},
-                       {kBaseName, fmt::format("{:016x}", m.base_checksum)}};
-  store::write_file_atomically(directory / kManifestName, json.dump(2) + "\n");
+                       {kBaseName, fmt::format("{:016x}", m.base_checksum)},
+                       {kManifestName, kNoChecksum}};
+  // The name of the input need not be UTF-8.
+  std::string text = json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  const std::size_t place = find_own_checksum(text);
+  text.replace(place, kChecksumDigits, own_checksum(text, place));
+  store::write_file_atomically(directory / kManifestName, text);
 }
 
 void write_base(const BaseMesh& base, const Vec3& origin, const std::filesystem::path& path) {
@@ -132,17 +170,13 @@ void write_base(const BaseMesh& base, const Vec3& origin, const std::filesystem:
 }
 
 Bundle::Bundle(const std::filesystem::path& directory) : directory_(directory) {
-  const std::filesystem::path manifest = directory / kManifestName;
-  if (!std::filesystem::exists(manifest)) {
-    throw InputError(directory.string() + ": not a bundle (no " + std::string(kManifestName) +
-                     " in it)");
-  }
-  manifest_ = parse_manifest(manifest, store::read_whole_file(manifest));
+  manifest_ = parse_manifest(directory / kManifestName, read_manifest(directory));
   try {
     base_ = read_base(directory / kBaseName, manifest_.origin);
     for (std::size_t level = 0; level < manifest_.levels; ++level) {
       logs_.push_back(std::make_unique<store::SectionFile>(directory / log_name(level), kLogKind));
-      if (logs_.back()->sections() != 2 * manifest_.segments[level]) {
+      const std::size_t sections = logs_.back()->sections();
+      if (sections % 2 != 0 || sections / 2 != manifest_.segments[level]) {
         throw CorruptionError((directory / log_name(level)).string() +
                               ": another number of segments than the manifest says");
       }

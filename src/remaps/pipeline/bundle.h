@@ -34,6 +34,7 @@ inline constexpr const char* kMapName = "map.bin";
 inline constexpr const char* kBaseName = "base.ply";
 inline constexpr const char* kManifestName = "manifest.json";
 
+/// Writes manifest.json, with a checksum of its own text in it.
 void write_manifest(const Manifest& manifest, const std::filesystem::path& directory);
 /// XXH3-64 of a file, read in pieces.
 std::uint64_t checksum_file(const std::filesystem::path& path);

@@ -105,16 +105,16 @@ class LevelReplay {
       }
     }
     if (tile.triangle.size() != work.log.faces) {
-      throw CorruptionError(fmt::format("{}: has {} faces, its log {}", what, tile.triangle.size(),
-                                        work.log.faces));
+      throw CorruptionError(
+          fmt::format("{}: has {} faces, its log {}", what, tile.triangle.size(), work.log.faces));
     }
     work.faces.reserve(tile.triangle.size());
     for (const auto& t : tile.triangle) {
       work.faces.push_back({tile.vertex_id[t[0]], tile.vertex_id[t[1]], tile.vertex_id[t[2]]});
       const Triangle& face = work.faces.back();
       if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-        throw CorruptionError(fmt::format("{}: face {} has a vertex twice", what,
-                                          work.faces.size() - 1));
+        throw CorruptionError(
+            fmt::format("{}: face {} has a vertex twice", what, work.faces.size() - 1));
       }
     }
   }
@@ -130,9 +130,9 @@ class LevelReplay {
       const Triangle corners{unpacker.get40(), unpacker.get40(), unpacker.get40()};
       const auto from = unpacker.get<FaceLink>();
       const auto refuse = [&](const std::string& why) {
-        throw CorruptionError(fmt::format("{}: face {} of segment {} of level {} leads to face {}, {}",
-                                          name(segment), from.face, from.segment, level_ - 1, face,
-                                          why));
+        throw CorruptionError(
+            fmt::format("{}: face {} of segment {} of level {} leads to face {}, {}", name(segment),
+                        from.face, from.segment, level_ - 1, face, why));
       };
       if (face >= work.log.faces) refuse("which does not exist");
       if (work.log.origin[face] != from) refuse("which says it came from elsewhere");
@@ -163,9 +163,9 @@ class LevelReplay {
 
   void hand_on(const FaceLink& from, const FaceLink& to, const Triangle& corners) {
     if (to.segment >= after_->buckets()) {
-      throw CorruptionError(fmt::format("{}: face {} leads to segment {} of the next level, which has {}",
-                                        name(from.segment), from.face, to.segment,
-                                        after_->buckets()));
+      throw CorruptionError(
+          fmt::format("{}: face {} leads to segment {} of the next level, which has {}",
+                      name(from.segment), from.face, to.segment, after_->buckets()));
     }
     after_->append_record(to.segment, [&](store::Packer& packer) {
       packer.put(to.face);

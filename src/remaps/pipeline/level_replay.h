@@ -14,7 +14,7 @@
 namespace remaps::pipeline {
 
 struct ReplayOptions {
-  unsigned threads = 1;            ///< fewer are used where the budget does not hold so many segments
+  unsigned threads = 1;  ///< fewer are used where the budget does not hold so many segments
   std::uint64_t buffer_bytes = 0;  ///< write buffers for the faces that one level hands to the next
   std::filesystem::path temp_dir;
 };
@@ -41,8 +41,8 @@ struct ReplayedBundle {
 ReplayedBundle replay_bundle(const Bundle& bundle, const ReplayOptions& options,
                              MemoryBudget& budget, Progress& progress, const ReplaySinks& sinks);
 
-/// The number of threads for which `available` bytes do, at least one: `bytes_each` a thread, and once
-/// more for what waits.
+/// The number of threads for which `available` bytes do, at least one: `bytes_each` a thread, and
+/// once more for what waits.
 unsigned affordable_threads(unsigned wanted, std::uint64_t bytes_each, std::uint64_t available);
 
 }  // namespace remaps::pipeline

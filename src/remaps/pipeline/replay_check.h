@@ -12,10 +12,10 @@ namespace remaps::pipeline {
 inline constexpr Triangle kDroppedFace{~VertexId{0}, ~VertexId{0}, ~VertexId{0}};
 
 /// Follows the records of one segment on the connectivity of its mesh and checks each, exactly and
-/// in integers: its faces are alive and distinct; they are the star of the removed vertex, in order,
-/// with distinct ring vertices; the plane is sound, that is, every wedge and every new triangle is
-/// counter-clockwise, the ring winds once around the origin (a boundary ring half, from y = 0,
-/// x > 0 to y = 0, x < 0), and wedges and new triangles have the same area.
+/// in integers: its faces are alive and distinct; they are the star of the removed vertex, in
+/// order, with distinct ring vertices; the plane is sound, that is, every wedge and every new
+/// triangle is counter-clockwise, the ring winds once around the origin (a boundary ring half, from
+/// y = 0, x > 0 to y = 0, x < 0), and wedges and new triangles have the same area.
 ///
 /// That no face at the removed vertex is left out of its star is for the caller to see: such a
 /// vertex would be met again later.

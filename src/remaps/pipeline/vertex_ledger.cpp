@@ -75,8 +75,8 @@ void NumberCensus::finish(const char* what) {
     file_.release(b);
     const auto missing = std::find(seen.begin(), seen.end(), false);
     if (missing != seen.end()) {
-      throw CorruptionError(fmt::format("{} {} is in no tile", what,
-                                        first + static_cast<std::uint64_t>(missing - seen.begin())));
+      throw CorruptionError(fmt::format(
+          "{} {} is in no tile", what, first + static_cast<std::uint64_t>(missing - seen.begin())));
     }
   }
 }
@@ -130,8 +130,8 @@ struct VertexLedger::Block {
     }
     const bool inside = m.u >= 0 && m.v >= 0 && stored.u + stored.v <= 1 + kTolerance;
     if (!inside) refuse(i, fmt::format("its weights in map.bin are {} and {}", m.u, m.v));
-    const double distance = scale * norm(position_on_base(bundle.base(), stored) -
-                                         position_on_base(bundle.base(), at));
+    const double distance =
+        scale * norm(position_on_base(bundle.base(), stored) - position_on_base(bundle.base(), at));
     const bool same = at.face != m.face || (std::abs(at.u - stored.u) <= kTolerance &&
                                             std::abs(at.v - stored.v) <= kTolerance);
     if (!(distance <= kTolerance) || !same) {
@@ -211,8 +211,8 @@ VertexLedger::VertexLedger(const std::filesystem::path& temp_dir, const Bundle& 
 
 void VertexLedger::append(VertexId vertex, std::uint8_t kind, store::ByteSpan rest) {
   if (vertex >= vertices_) {
-    throw CorruptionError(fmt::format("{}: there is no input vertex {}",
-                                      bundle_.directory().string(), vertex));
+    throw CorruptionError(
+        fmt::format("{}: there is no input vertex {}", bundle_.directory().string(), vertex));
   }
   file_.append_record(static_cast<std::size_t>(vertex / block_), [&](store::Packer& packer) {
     packer.put(kind);
@@ -234,7 +234,9 @@ void VertexLedger::add_tile(const Tile& tile) {
   }
 }
 
-void VertexLedger::add_removed(VertexId vertex) { append(vertex, kRemoved, {}); }
+void VertexLedger::add_removed(VertexId vertex) {
+  append(vertex, kRemoved, {});
+}
 
 void VertexLedger::add_base(VertexId vertex, std::uint32_t base_vertex) {
   append(vertex, kBase, std::as_bytes(std::span(&base_vertex, 1)));
