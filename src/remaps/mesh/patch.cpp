@@ -81,7 +81,7 @@ ManifoldDefect Patch::check_vertices(std::size_t own) {
       if (c == first_corner_[v]) break;
     }
     if (count != faces && v < own) return {ManifoldDefect::Kind::kVertexFans, v, v};
-    valence_[v] = static_cast<std::uint16_t>(std::min(count + boundary_[v], 65535u));
+    valence_[v] = count + boundary_[v];
   }
   return {};
 }

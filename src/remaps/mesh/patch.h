@@ -42,7 +42,7 @@ struct ManifoldDefect {
 };
 
 /// A piece of a triangle mesh in memory: corner table with adjacency, for local operators. Face ids
-/// are stable: an operator reuses the ids of the star that it changes. Memory: 24 B a face + 8 B a
+/// are stable: an operator reuses the ids of the star that it changes. Memory: 24 B a face + 13 B a
 /// vertex. Buffers are kept from one `build` to the next.
 class Patch {
  public:
@@ -73,7 +73,7 @@ class Patch {
   bool on_boundary(LocalIndex v) const { return boundary_[v] != 0; }
 
   /// The star of v, counter-clockwise, starting at a fixed place: the boundary if there is one.
-  /// @return  false when v has more than kMaxStarFaces faces, or more than kMaxRing ring points
+  /// @return  false when v has more than kMaxStarFaces edges
   bool star(LocalIndex v, Star& out) const;
 
   /// True when a and b are joined by an edge. Cost: valence of a.
@@ -115,7 +115,7 @@ class Patch {
   std::vector<LocalTriangle> vertex_;     // (faces)
   std::vector<LocalTriangle> opposite_;   // (faces)
   std::vector<LocalIndex> first_corner_;  // (vertices)
-  std::vector<std::uint16_t> valence_;    // (vertices)
+  std::vector<std::uint32_t> valence_;    // (vertices)
   std::vector<std::uint8_t> boundary_;    // (vertices)
   std::vector<std::uint32_t> bucket_start_;
   std::vector<std::uint32_t> bucket_;

@@ -89,7 +89,8 @@ Simplifier::Candidate Simplifier::evaluate(LocalIndex v) {
   double star_load = 0;
   for (unsigned i = 0; i < star_.wedges; ++i) star_load += wedge_load_[i];
   unsigned tried = 0;
-  for (unsigned i = 0; i < fits && tried < kFansTried; ++i) {
+  const unsigned most = thorough_ ? kMaxRing : kFansTried;
+  for (unsigned i = 0; i < fits && tried < most; ++i) {
     const unsigned apex = order[i].second;
     if (!fan_fits(apex) || !patch_->fan_keeps_topology(star_, apex)) continue;
     ++tried;
@@ -132,6 +133,23 @@ void Simplifier::remove(LocalIndex v, unsigned apex, RetriangulationLog& log) {
   queue_.erase(v);
 }
 
+/// The costs of the ring of the vertex just removed are out of date: marks them, to be evaluated
+/// when they come up (most are marked again before), or evaluates them at once when thorough.
+void Simplifier::update_ring(float cost) {
+  const auto ring = star_.ring;
+  const unsigned n = star_.ring_size();
+  for (unsigned i = 0; i < n; ++i) {
+    const LocalIndex x = ring[i];
+    if (x >= segment_->own_vertices || segment_->locked[x]) continue;
+    if (thorough_) {
+      refresh(x);
+      continue;
+    }
+    stale_[x] = 1;
+    if (!queue_.contains(x)) queue_.set(x, cost);
+  }
+}
+
 std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Patch& patch,
                             std::size_t alive, RetriangulationLog& log,
                             std::vector<LocalIndex>& removed) {
@@ -142,6 +160,7 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
   stale_.assign(segment.own_vertices, 0);
   apex_.assign(segment.own_vertices, 0);
   std::size_t left = alive;
+  thorough_ = left < options.thorough_below;
   for (LocalIndex v = 0; v < segment.own_vertices; ++v) {
     if (!segment.locked[v] && patch.vertex_alive(v)) refresh(v);
   }
@@ -160,12 +179,8 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
     remove(v, apex, log);
     removed.push_back(v);
     --left;
-    for (unsigned i = 0; i < star_.ring_size(); ++i) {
-      const LocalIndex x = star_.ring[i];
-      if (x >= segment.own_vertices || segment.locked[x]) continue;
-      stale_[x] = 1;
-      if (!queue_.contains(x)) queue_.set(x, cost);
-    }
+    thorough_ = left < options.thorough_below;
+    update_ring(cost);
   }
   return left;
 }

@@ -16,6 +16,8 @@ struct SimplifyOptions {
   double wedge_floor = 0.0005;      ///< least planar_shape of a wedge of a flattened star
   double fan_floor = 0.002;         ///< least planar_shape of a new planar triangle
   double normal_floor = 0.0;  ///< least cosine between the normals of a triangle before and after
+  std::size_t thorough_below =
+      0;                      ///< with fewer vertices left every fan of every star is tried at once
   unsigned max_valence = 12;  ///< of any vertex after a removal (larger ones may shrink)
 };
 
@@ -48,11 +50,13 @@ class Simplifier {
   double fan_cost(LocalIndex v, unsigned apex, double star_load);
   double fan_shape(unsigned apex) const;
   void refresh(LocalIndex v);
+  void update_ring(float cost);
   void remove(LocalIndex v, unsigned apex, RetriangulationLog& log);
 
   const SimplifyOptions* options_ = nullptr;
   Segment* segment_ = nullptr;
   Patch* patch_ = nullptr;
+  bool thorough_ = false;
   RemovalQueue queue_;
   std::vector<std::uint8_t> stale_;
   std::vector<std::uint8_t> apex_;

@@ -13,6 +13,9 @@
 namespace remaps::simplify {
 namespace {
 
+/// The last sweep takes more care when this many times the base is left.
+constexpr std::size_t kThorough = 10;
+
 /// Buffers of one worker thread, kept from segment to segment.
 struct Lane {
   VertexIndex index;
@@ -150,6 +153,7 @@ class Sweep {
             ? static_cast<std::size_t>(options_.base_vertices)
             : locked + static_cast<std::size_t>(std::ceil(double(alive - locked) * options_.keep));
     simplify.diagonal = options_.diagonal;
+    if (output_.next == nullptr) simplify.thorough_below = kThorough * simplify.target_vertices;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {
       // Nothing goes any more under the usual rules: allow worse shapes and one more valence before
