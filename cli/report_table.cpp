@@ -1,0 +1,95 @@
+#include "report_table.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "number_text.h"
+
+namespace remaps::cli {
+namespace {
+
+using pipeline::Report;
+
+std::string name_of(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+std::string topology_text(const Report& r) {
+  std::string text = counted(r.components, "component");
+  text += r.boundary_loops == 0 ? ", closed"
+                                : fmt::format(", {}", counted(r.boundary_loops, "boundary loop"));
+  if (r.components == 1) {
+    const std::int64_t handles =
+        (2 - r.euler_characteristic - static_cast<std::int64_t>(r.boundary_loops)) / 2;
+    text += fmt::format(", genus {}", handles);
+  }
+  if (r.unreferenced_vertices != 0) {
+    text += fmt::format(", {} without a face", counted(r.unreferenced_vertices, "vertex"));
+  }
+  return text;
+}
+
+std::string error_lines(const SurfaceError& error) {
+  constexpr const char* kRow = "{:<9} {:<16} L2 {:>9}   max {:>9}\n";
+  std::string text = fmt::format(kRow, "error", "input to output", error_text(error.l2_forward),
+                                 error_text(error.max_forward));
+  text += fmt::format(kRow, "", "output to input", error_text(error.l2_backward),
+                      error_text(error.max_backward));
+  return text + fmt::format("{:<9} of the diagonal; PSNR {}\n", "", psnr_text(error.l2()));
+}
+
+std::string time_lines(const Report& r) {
+  const std::pair<const char*, double> phases[] = {{"ingest", r.seconds_ingest},
+                                                   {"sweeps", r.seconds_sweeps},
+                                                   {"map", r.seconds_map},
+                                                   {"resample", r.seconds_resample},
+                                                   {"measure", r.seconds_measure}};
+  std::string list;
+  for (const auto& [name, seconds] : phases) {
+    if (seconds <= 0) continue;
+    if (!list.empty()) list += ", ";
+    list += fmt::format("{} {}", name, seconds_text(seconds));
+  }
+  return fmt::format("{:<9} {}; CPU {} on {}\n{:<9} {}\n", "time", seconds_text(r.seconds_total),
+                     seconds_text(r.cpu_seconds), counted(r.threads, "thread"), "", list);
+}
+
+}  // namespace
+
+std::string report_table(const Report& r) {
+  const auto line = [](const char* head, const std::string& text) {
+    return fmt::format("{:<9} {}\n", head, text);
+  };
+  const auto mesh = [](std::uint64_t vertices, std::uint64_t faces) {
+    return counted(vertices, "vertex") + ", " + counted(faces, "face");
+  };
+  std::string text = line(
+      "input", fmt::format("{}: {}", name_of(r.input_path), mesh(r.input_vertices, r.input_faces)));
+  text += line("", topology_text(r));
+  text += line("base", mesh(r.base_vertices, r.base_faces));
+  if (r.base_vertices_requested != 0 && r.base_vertices > r.base_vertices_requested) {
+    text += line(
+        "", fmt::format("asked for {} base vertices; topology and shape allow no fewer than {}",
+                        with_commas(r.base_vertices_requested), with_commas(r.base_vertices)));
+  }
+  if (!r.output_path.empty()) {
+    text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),
+                                       mesh(r.output_vertices, r.output_faces), r.level));
+  }
+  if (r.error) text += error_lines(*r.error);
+  if (r.quality) {
+    text +=
+        line("quality", fmt::format("L2 stretch {:.2f}; largest base face {:.1f} times the median",
+                                    r.quality->l2_stretch, r.quality->area_ratio));
+  }
+  text += time_lines(r);
+  text +=
+      line("memory", fmt::format("peak {} of {}, with program and libraries",
+                                 bytes_text(r.peak_rss_bytes), bytes_text(r.memory_budget_bytes)));
+  text += line("disk", fmt::format("read {}, wrote {}", bytes_text(r.bytes_read),
+                                   bytes_text(r.bytes_written)));
+  return text;
+}
+
+}  // namespace remaps::cli
