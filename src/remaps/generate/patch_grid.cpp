@@ -104,7 +104,7 @@ void PatchGrid::number_vertices(std::span<const Triangle> base, std::uint64_t ba
     Block& block = blocks_[f];
     block.first = vertices_;
     for (std::size_t k = 0; k < 3; ++k) block.owns_corner[k] = numbers[base[f][k]] == kUnnumbered;
-    const std::array<GridPoint, 3> corners{{{f, 0, 0}, {f, n_, 0}, {f, n_, n_}}};
+    const std::array<PatchPoint, 3> corners{{{f, 0, 0}, {f, n_, 0}, {f, n_, n_}}};
     for (std::size_t k = 0; k < 3; ++k) {
       if (block.owns_corner[k]) numbers[base[f][k]] = owned_vertex(corners[k]);
       block.corner[k] = numbers[base[f][k]];
@@ -129,7 +129,7 @@ VertexId PatchGrid::row_start(const Block& block, std::uint64_t row) const {
 }
 
 /// Number of a vertex at a point of the face that owns it.
-VertexId PatchGrid::owned_vertex(const GridPoint& p) const {
+VertexId PatchGrid::owned_vertex(const PatchPoint& p) const {
   const Block& block = blocks_[p.face];
   if (p.row == 0) return block.first;
   const VertexId start = row_start(block, p.row);
@@ -140,7 +140,7 @@ VertexId PatchGrid::owned_vertex(const GridPoint& p) const {
   return edge_start + (block.owns_edge[1] ? n_ - 1 : 0);
 }
 
-GridPoint PatchGrid::edge_point(std::uint64_t face, int edge, std::uint64_t steps) const {
+PatchPoint PatchGrid::edge_point(std::uint64_t face, int edge, std::uint64_t steps) const {
   if (edge == 0) return {face, steps, 0};
   if (edge == 1) return {face, n_, steps};
   return {face, n_ - steps, n_ - steps};
@@ -155,7 +155,7 @@ VertexId PatchGrid::edge_vertex(std::uint64_t face, int edge, std::uint64_t step
   return owned_vertex(edge_point(owner.face, owner.edge, n_ - steps));
 }
 
-VertexId PatchGrid::vertex(const GridPoint& p) const {
+VertexId PatchGrid::vertex(const PatchPoint& p) const {
   const Block& block = blocks_[p.face];
   if (p.row == 0) return block.corner[0];
   if (p.row == n_) {
@@ -168,7 +168,7 @@ VertexId PatchGrid::vertex(const GridPoint& p) const {
   return owned_vertex(p);
 }
 
-GridPoint PatchGrid::point(VertexId v) const {
+PatchPoint PatchGrid::point(VertexId v) const {
   const auto after = std::upper_bound(blocks_.begin(), blocks_.end(), v,
                                       [](VertexId id, const Block& b) { return id < b.first; });
   const Block& block = *std::prev(after);

@@ -11,10 +11,10 @@ namespace remaps {
 
 /// A point of the n x n grid of a base face ABC. Row r runs from edge AB (column 0) to edge AC
 /// (column r); row 0 is A, row n the edge BC. Barycentrics: (n - row, row - column, column) / n.
-struct GridPoint {
+struct PatchPoint {
   std::uint64_t face = 0, row = 0, column = 0;
 
-  friend bool operator==(const GridPoint&, const GridPoint&) = default;
+  friend bool operator==(const PatchPoint&, const PatchPoint&) = default;
 };
 
 /// A triangle of the grid of a base face. Strip r lies between rows r and r + 1. Up triangle c of
@@ -45,9 +45,9 @@ class PatchGrid {
   std::uint64_t faces() const { return blocks_.size() * n_ * n_; }
 
   /// A vertex in the grid of the face that owns it. v < vertices().
-  GridPoint point(VertexId v) const;
+  PatchPoint point(VertexId v) const;
   /// The vertex at a grid point, given in any face that has it.
-  VertexId vertex(const GridPoint& p) const;
+  VertexId vertex(const PatchPoint& p) const;
 
   /// f < faces().
   GridTriangle triangle(FaceId f) const;
@@ -70,9 +70,9 @@ class PatchGrid {
   void find_edge_owners(std::span<const Triangle> base);
   void number_vertices(std::span<const Triangle> base, std::uint64_t base_vertices);
   VertexId row_start(const Block& block, std::uint64_t row) const;
-  VertexId owned_vertex(const GridPoint& p) const;
+  VertexId owned_vertex(const PatchPoint& p) const;
   VertexId edge_vertex(std::uint64_t face, int edge, std::uint64_t steps) const;
-  GridPoint edge_point(std::uint64_t face, int edge, std::uint64_t steps) const;
+  PatchPoint edge_point(std::uint64_t face, int edge, std::uint64_t steps) const;
 
   std::uint64_t n_;
   std::uint64_t vertices_ = 0;

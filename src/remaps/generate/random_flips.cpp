@@ -33,7 +33,7 @@ GridTriangle across(const GridTriangle& t, int side) {
   return other;
 }
 
-GridPoint corner(const GridTriangle& t, int k) {
+PatchPoint corner(const GridTriangle& t, int k) {
   const auto [face, r, c, down] = t;
   switch (k % kSides) {
     case 0:
@@ -47,7 +47,7 @@ GridPoint corner(const GridTriangle& t, int k) {
 
 }  // namespace
 
-std::array<GridPoint, 3> RandomFlips::corners(const PatchGrid& grid, const GridTriangle& t) const {
+std::array<PatchPoint, 3> RandomFlips::corners(const PatchGrid& grid, const GridTriangle& t) const {
   const int side = best_side(grid, t);
   if (has_across(grid, t, side)) {
     const GridTriangle other = across(t, side);

@@ -21,7 +21,7 @@ class RandomFlips {
 
   /// Corners of a triangle of the mesh after the flips, counter-clockwise. A flipped pair keeps its
   /// two indices.
-  std::array<GridPoint, 3> corners(const PatchGrid& grid, const GridTriangle& t) const;
+  std::array<PatchPoint, 3> corners(const PatchGrid& grid, const GridTriangle& t) const;
 
  private:
   /// Priority of the edge on a side of a triangle; 0 on a base edge.

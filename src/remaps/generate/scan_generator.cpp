@@ -71,7 +71,7 @@ int visible_octaves(const GeneratorOptions& options, const SmoothBase& base,
 /// Barycentrics of a grid point after its jitter: within a hexagon about an interior point, along
 /// the edge for a point on a base edge, none at a base vertex.
 /// @param reach  radius of the jitter, in grid edges
-Vec3 jittered(const GridPoint& p, std::uint64_t n, double reach, std::uint64_t hash) {
+Vec3 jittered(const PatchPoint& p, std::uint64_t n, double reach, std::uint64_t hash) {
   const bool on_ab = p.column == 0;
   const bool on_bc = p.row == n;
   const bool on_ca = p.column == p.row;
@@ -118,7 +118,7 @@ ScanGenerator::ScanGenerator(GeneratorOptions options)
 
 Vec3 ScanGenerator::vertex(VertexId i) const {
   const VertexId coherent = options_.shuffled ? vertex_order_.forward(i) : i;
-  const GridPoint p = grid_.point(coherent);
+  const PatchPoint p = grid_.point(coherent);
   const double reach = kMaxJitter * options_.jitter;
   const std::uint64_t hash = mix_bits(seed_for(options_, SeedUse::kJitter) + coherent);
   const SurfaceFrame frame = base_.frame(p.face, jittered(p, grid_.n(), reach, hash));
