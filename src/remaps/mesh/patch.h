@@ -42,7 +42,7 @@ struct ManifoldDefect {
 };
 
 /// A piece of a triangle mesh in memory: corner table with adjacency, for local operators. Face ids
-/// are stable: an operator reuses the ids of the star that it changes. Memory: 24 B a face + 13 B a
+/// are stable: an operator reuses the ids of the star that it changes. Memory: 36 B a face + 13 B a
 /// vertex. Buffers are kept from one `build` to the next.
 class Patch {
  public:

@@ -11,7 +11,7 @@ bool RetriangulationLog::assign(std::vector<std::uint32_t> words) {
     const bool at_boundary = (words_[at] & 16u) != 0;
     const unsigned n = k + (at_boundary ? 1u : 0u);
     const std::size_t length = std::size_t{2} + k + n;
-    const bool sound = n >= 3 && k <= kMaxStarFaces && (words_[at] >> 12) == 0 &&
+    const bool sound = n >= 3 && k <= kMaxStarFaces && (words_[at] & ~0xF1Fu) == 0 &&
                        ((words_[at] >> 8) & 15u) < n && length <= words_.size() - at;
     if (!sound) {
       clear();
