@@ -1,0 +1,272 @@
+#include "remaps/resample/dyadic_grid.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <random>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "support/shapes.h"
+#include "support/surface_check.h"
+
+namespace remaps::resample {
+namespace {
+
+using test::Shape;
+
+DyadicGrid grid_of(const Shape& shape, unsigned level) {
+  return {static_cast<std::uint32_t>(shape.position.size()), shape.triangle, level};
+}
+
+std::vector<Triangle> faces_of(const DyadicGrid& grid) {
+  std::vector<Triangle> faces;
+  for (std::uint64_t f = 0; f < grid.faces(); ++f) faces.push_back(grid.triangle(f));
+  return faces;
+}
+
+/// Where each vertex lies on the flat base faces; fails unless each number comes once.
+std::vector<Vec3> positions_of(const DyadicGrid& grid, const Shape& shape) {
+  std::vector<Vec3> position(grid.vertices());
+  std::vector<int> seen(grid.vertices(), 0);
+  grid.for_each_sample([&](std::uint64_t number, std::uint32_t face, double u, double v) {
+    if (number >= position.size()) {
+      ADD_FAILURE() << "number " << number;
+      return;
+    }
+    ++seen[number];
+    const LocalTriangle& t = shape.triangle[face];
+    position[number] =
+        (1 - u - v) * shape.position[t[0]] + u * shape.position[t[1]] + v * shape.position[t[2]];
+  });
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), std::ssize(seen));
+  return position;
+}
+
+class DyadicGridTest : public testing::TestWithParam<unsigned> {
+ protected:
+  unsigned level() const { return GetParam(); }
+  static std::vector<Shape> bases() {
+    return {test::tetrahedron(), test::octahedron(),
+            test::icosphere(0),  test::torus(4, 3),
+            test::disk(1),       test::annulus(4, 1),
+            test::cone(9),       test::together(test::tetrahedron(), test::disk(1))};
+  }
+};
+
+TEST_P(DyadicGridTest, CountsWhatItNumbers) {
+  const std::uint64_t n = std::uint64_t{1} << level();
+  for (const Shape& shape : bases()) {
+    const DyadicGrid grid = grid_of(shape, level());
+    const std::uint64_t faces = shape.triangle.size();
+    std::vector<Triangle> base;
+    for (const LocalTriangle& t : shape.triangle) base.push_back({t[0], t[1], t[2]});
+    const std::uint64_t boundary = test::count_surface(base).topology.boundary_edges;
+    const std::uint64_t edges = (3 * faces + boundary) / 2;
+    EXPECT_EQ(grid.faces(), faces * n * n) << shape.name;
+    EXPECT_EQ(grid.vertices(),
+              shape.position.size() + edges * (n - 1) + faces * (n - 1) * (n - 2) / 2)
+        << shape.name;
+    EXPECT_EQ(grid.level(), level());
+  }
+}
+
+TEST_P(DyadicGridTest, IsAManifoldOfTheKindOfItsBase) {
+  for (const Shape& shape : bases()) {
+    SCOPED_TRACE(shape.name);
+    const DyadicGrid grid = grid_of(shape, level());
+    const test::CountedSurface counted = test::count_surface(faces_of(grid));
+    EXPECT_EQ(counted.defect, "");
+    EXPECT_EQ(counted.topology.vertices, grid.vertices());
+    EXPECT_EQ(counted.topology.euler_characteristic(), shape.euler_characteristic);
+    EXPECT_EQ(counted.topology.components, static_cast<std::uint64_t>(shape.components));
+    EXPECT_EQ(counted.topology.boundary_loops, static_cast<std::uint64_t>(shape.boundary_loops));
+  }
+}
+
+TEST_P(DyadicGridTest, NumbersTheBaseFirstThenEdgesThenFaces) {
+  const std::uint64_t n = std::uint64_t{1} << level();
+  for (const Shape& shape : bases()) {
+    SCOPED_TRACE(shape.name);
+    const DyadicGrid grid = grid_of(shape, level());
+    const std::uint64_t base = shape.position.size();
+    const std::uint64_t faces = shape.triangle.size();
+    const std::uint64_t inner = (n - 1) * (n - 2) / 2;
+    const std::uint64_t first_inner = grid.vertices() - faces * inner;
+    for (std::uint32_t f = 0; f < faces; ++f) {
+      for (std::uint32_t j = 0; j <= n; ++j) {
+        for (std::uint32_t i = 0; i + j <= n; ++i) {
+          const std::uint64_t number = grid.vertex(f, i, j);
+          const std::uint64_t k = n - i - j;
+          const int zeros = (i == 0) + (j == 0) + (k == 0);
+          if (zeros == 2) {
+            ASSERT_EQ(number, shape.triangle[f][k != 0 ? 0 : i != 0 ? 1 : 2]);
+          } else if (zeros == 1) {
+            ASSERT_GE(number, base);
+            ASSERT_LT(number, first_inner);
+          } else {
+            ASSERT_GE(number, first_inner + f * inner);
+            ASSERT_LT(number, first_inner + (f + 1) * inner);
+          }
+        }
+      }
+    }
+  }
+}
+
+TEST_P(DyadicGridTest, PutsCoarsePointsOfAnEdgeOrFaceFirst) {
+  const std::uint64_t n = std::uint64_t{1} << level();
+  for (const Shape& shape : bases()) {
+    const DyadicGrid grid = grid_of(shape, level());
+    for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+      std::vector<std::pair<std::uint64_t, int>> inner;  // number, times that it can be halved
+      std::array<std::vector<std::pair<std::uint64_t, int>>, 3> edge;
+      for (std::uint32_t j = 0; j <= n; ++j) {
+        for (std::uint32_t i = 0; i + j <= n; ++i) {
+          const auto k = static_cast<std::uint32_t>(n - i - j);
+          const int halvings =
+              std::min({std::countr_zero(i), std::countr_zero(j), std::countr_zero(k)});
+          const int zeros = (i == 0) + (j == 0) + (k == 0);
+          if (zeros == 0) inner.emplace_back(grid.vertex(f, i, j), halvings);
+          if (zeros == 1)
+            edge[i == 0 ? 0 : j == 0 ? 1 : 2].emplace_back(grid.vertex(f, i, j), halvings);
+        }
+      }
+      for (auto* points : {&inner, &edge[0], &edge[1], &edge[2]}) {
+        std::sort(points->begin(), points->end());
+        for (std::size_t p = 1; p < points->size(); ++p) {
+          ASSERT_EQ((*points)[p].first, (*points)[p - 1].first + 1) << shape.name;
+          ASSERT_LE((*points)[p].second, (*points)[p - 1].second) << shape.name;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(DyadicGridTest, SamplesEachVertexOnceWhereItIs) {
+  for (const Shape& shape : bases()) {
+    SCOPED_TRACE(shape.name);
+    const DyadicGrid grid = grid_of(shape, level());
+    const std::vector<Vec3> position = positions_of(grid, shape);
+    const double n = double(1 << level());
+    for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+      const LocalTriangle& t = shape.triangle[f];
+      for (std::uint32_t j = 0; j <= n; ++j) {
+        for (std::uint32_t i = 0; i + j <= n; ++i) {
+          const Vec3 expected = ((n - i - j) / n) * shape.position[t[0]] +
+                                (i / n) * shape.position[t[1]] + (j / n) * shape.position[t[2]];
+          ASSERT_LT(norm(position[grid.vertex(f, i, j)] - expected), 1e-12);
+        }
+      }
+    }
+  }
+}
+
+TEST_P(DyadicGridTest, OrdersChildrenByCorner) {
+  if (level() == 0) return;
+  for (const Shape& shape : bases()) {
+    SCOPED_TRACE(shape.name);
+    const DyadicGrid fine = grid_of(shape, level());
+    const DyadicGrid coarse = grid_of(shape, level() - 1);
+    const std::vector<Vec3> at = positions_of(fine, shape);
+    const std::vector<Vec3> parent_at = positions_of(coarse, shape);
+    for (std::uint64_t q = 0; q < coarse.faces(); ++q) {
+      std::array<Vec3, 3> corner;
+      for (std::size_t c = 0; c < 3; ++c) corner[c] = parent_at[coarse.triangle(q)[c]];
+      for (std::uint64_t child = 0; child < 4; ++child) {
+        const Triangle t = fine.triangle(4 * q + child);
+        for (std::size_t c = 0; c < 3; ++c) {
+          // Corner c of child c is the parent's; all others are middles of its edges, those of
+          // child 3 opposite to the parent's corner of the same number.
+          const Vec3 expected = child == 3   ? 0.5 * (corner[(c + 1) % 3] + corner[(c + 2) % 3])
+                                : child == c ? corner[c]
+                                             : 0.5 * (corner[c] + corner[child]);
+          ASSERT_LT(norm(at[t[c]] - expected), 1e-12) << "child " << child << " corner " << c;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(DyadicGridTest, KeepsTheNumbersOfFacesWithTheirBaseFace) {
+  const Shape shape = test::icosphere(0);
+  const DyadicGrid grid = grid_of(shape, level());
+  EXPECT_EQ(grid.faces_per_base_face(), std::uint64_t{1} << (2 * level()));
+  const std::uint32_t n = 1u << level();
+  for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+    std::set<std::uint64_t> own;
+    for (std::uint32_t j = 0; j <= n; ++j) {
+      for (std::uint32_t i = 0; i + j <= n; ++i) own.insert(grid.vertex(f, i, j));
+    }
+    for (std::uint64_t q = f * grid.faces_per_base_face(); q < (f + 1) * grid.faces_per_base_face();
+         ++q) {
+      for (const VertexId v : grid.triangle(q)) ASSERT_TRUE(own.contains(v));
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, DyadicGridTest, testing::Range(0u, 6u));
+
+TEST(DyadicGrid, CountsInSixtyFourBits) {
+  // 400 base faces at level 14: 1.1e11 faces, looked up here and there.
+  Shape shape = test::icosphere(1);
+  for (const Shape& more :
+       {test::icosphere(1), test::icosphere(1), test::icosphere(1), test::icosphere(1)}) {
+    shape = test::together(shape, more);
+  }
+  ASSERT_EQ(shape.triangle.size(), 400u);
+  constexpr unsigned kLevel = 14;
+  const DyadicGrid grid = grid_of(shape, kLevel);
+  const std::uint64_t n = 1 << kLevel;
+  EXPECT_EQ(grid.faces(), 400 * n * n);
+  EXPECT_EQ(grid.vertices(), shape.position.size() + 600 * (n - 1) + 400 * (n - 1) * (n - 2) / 2);
+  std::mt19937_64 random(1);
+  for (int i = 0; i < 20'000; ++i) {
+    const auto face = static_cast<std::uint32_t>(random() % 400);
+    const auto u = static_cast<std::uint32_t>(random() % (n + 1));
+    const auto v = static_cast<std::uint32_t>(random() % (n + 1 - u));
+    ASSERT_LT(grid.vertex(face, u, v), grid.vertices());
+    const Triangle t = grid.triangle(random() % grid.faces());
+    ASSERT_NE(t[0], t[1]);
+    ASSERT_NE(t[1], t[2]);
+    ASSERT_NE(t[2], t[0]);
+    for (const VertexId x : t) ASSERT_LT(x, grid.vertices());
+  }
+  // The inner points of the last face are the last numbers.
+  EXPECT_GE(grid.vertex(399, 1, 1), grid.vertices() - (n - 1) * (n - 2) / 2);
+}
+
+TEST(DyadicGrid, SharesInteriorEdgesOfTwoFaces) {
+  const Shape shape = test::octahedron();
+  const DyadicGrid grid = grid_of(shape, 4);
+  const std::uint32_t n = 16;
+  // All points of each edge from both sides: (face, edge) -> numbers, from its lower vertex on.
+  std::map<std::pair<LocalIndex, LocalIndex>, std::vector<std::vector<std::uint64_t>>> seen;
+  for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      const LocalIndex a = shape.triangle[f][e];
+      const LocalIndex b = shape.triangle[f][(e + 1) % 3];
+      std::vector<std::uint64_t> numbers;
+      for (std::uint32_t m = 0; m <= n; ++m) {
+        std::array<std::uint32_t, 3> weight{};
+        weight[e] = n - m;
+        weight[(e + 1) % 3] = m;
+        numbers.push_back(grid.vertex(f, weight[1], weight[2]));
+      }
+      if (a > b) std::reverse(numbers.begin(), numbers.end());
+      seen[{std::min(a, b), std::max(a, b)}].push_back(numbers);
+    }
+  }
+  EXPECT_EQ(seen.size(), 12u);
+  for (const auto& [edge, sides] : seen) {
+    ASSERT_EQ(sides.size(), 2u);
+    EXPECT_EQ(sides[0], sides[1]);
+  }
+}
+
+}  // namespace
+}  // namespace remaps::resample
