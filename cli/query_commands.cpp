@@ -163,9 +163,11 @@ void locate(const Arguments& a) {
     found = locate_points(a, bar.progress());
   }
   if (a.json) {
-    Json list = Json::array();
-    for (std::size_t i = 0; i < found.size(); ++i) list.push_back(to_json(a.points[i], found[i]));
-    print(list.dump(2) + "\n");
+    print("[");
+    for (std::size_t i = 0; i < found.size(); ++i) {
+      print((i == 0 ? "\n  " : ",\n  ") + to_json(a.points[i], found[i]).dump());
+    }
+    print("\n]\n");
     return;
   }
   const bool csv = a.csv || a.from_file;
