@@ -31,9 +31,12 @@ struct QueryOptions {
 };
 
 /// Checks a bundle independently of how it was made: checksums of all files, every record (star,
-/// orientation, areas, ids), the topology of the base against the input's, and that each input
-/// vertex returns from the base to where it was.
-/// @throws CorruptionError  says what is wrong and where
+/// orientation, areas, ids), the topology of the base against the input's, that tiles, logs,
+/// map.bin and base.ply agree on each vertex, and that each returns from the base to where it was.
+/// docs/design/verify.md says what is checked how.
+/// Memory: a segment a thread, and buffers. The result does not depend on the threads.
+/// @throws CorruptionError  says what is wrong and where; InputError: there is no manifest;
+///                          BudgetError: a segment does not fit
 Verification verify_bundle(const QueryOptions& options, Progress& progress);
 
 /// A point on the base mesh: weights (1 - u - v, u, v).
@@ -55,19 +58,28 @@ struct Location {
   Vec3 base_position;  ///< on the flat base face
 };
 
-/// Where input vertices lie on the base.
-/// @throws InputError  there is no such vertex; GeometryError: the vertex has no face
+/// Where input vertices lie on the base, from map.bin, that is, to float precision. The point of
+/// the input is that base point pulled back; where it falls on a face of the vertex, as nearly
+/// always, it is exactly that corner.
+/// @throws InputError  there is no such vertex; GeometryError: the vertex has no face;
+///                     CorruptionError: the bundle is damaged
 std::vector<Location> locate_vertices(const QueryOptions& options,
                                       const std::vector<VertexId>& vertices, Progress& progress);
-/// Where points of the base lie on the input. Cost for few points: one segment a level.
+/// Where points of the base lie on the input. Weights up to 1e-6 outside are clamped. Inverse and
+/// forward undo each other within some 1e-10 of the diagonal.
+/// Cost for few points: one segment a level each.
+/// @throws InputError  there is no such face, or the weights are not those of a point of it;
+///                     CorruptionError: the bundle is damaged
 std::vector<Location> locate_base_points(const QueryOptions& options,
                                          const std::vector<BasePoint>& points, Progress& progress);
-/// Where points of input faces lie on the base. Only face, u, v are read.
+/// Where points of input faces lie on the base. Only face, u, v are read. Throws like the above.
+/// Cost: the tiles are read until all faces are found; then one segment a level a point.
 std::vector<Location> locate_input_points(const QueryOptions& options,
                                           const std::vector<InputPoint>& points,
                                           Progress& progress);
 
-/// What a bundle holds: its manifest, as JSON text.
+/// What a bundle holds: its manifest, as JSON text, unchecked.
+/// @throws InputError  it has none
 std::string read_manifest(const std::filesystem::path& bundle);
 
 }  // namespace remaps::pipeline

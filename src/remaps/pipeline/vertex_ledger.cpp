@@ -19,6 +19,10 @@ namespace {
 /// some dozens of records on the grid stay far below.
 constexpr double kTolerance = 1e-6;
 
+/// What weights on the same base face may differ by: map.bin is made by the same exact steps, and
+/// then rounded to floats, by at most 2^-25.
+constexpr double kFloatTolerance = 0x1p-23;
+
 /// Bytes in the file and in memory that a vertex takes, about.
 constexpr std::uint64_t kBytesPerVertex = 160;
 
@@ -132,8 +136,8 @@ struct VertexLedger::Block {
     if (!inside) refuse(i, fmt::format("its weights in map.bin are {} and {}", m.u, m.v));
     const double distance =
         scale * norm(position_on_base(bundle.base(), stored) - position_on_base(bundle.base(), at));
-    const bool same = at.face != m.face || (std::abs(at.u - stored.u) <= kTolerance &&
-                                            std::abs(at.v - stored.v) <= kTolerance);
+    const bool same = at.face != m.face || (std::abs(at.u - stored.u) <= kFloatTolerance &&
+                                            std::abs(at.v - stored.v) <= kFloatTolerance);
     if (!(distance <= kTolerance) || !same) {
       refuse(i, fmt::format("map.bin has it on base face {} at ({}, {}), the log on {} at ({}, {})",
                             m.face, m.u, m.v, at.face, at.u, at.v));
