@@ -124,5 +124,14 @@ TEST(PositionOnTile, WeighsTheCornersInTheirOrder) {
   EXPECT_EQ(position_on_tile(tile, {1, 0.25, 0.5}), (Vec3{2, 2, 4}));
 }
 
+TEST(PositionOnTile, IsExactAtEveryCorner) {
+  Tile tile;
+  tile.position = {{1e6f, 0.1f, -3e-9f}, {1e-20f, -7e5f, 0.3f}, {0.7f, 1e-17f, 1e7f}};
+  tile.triangle = {{0, 1, 2}};
+  EXPECT_EQ(position_on_tile(tile, {0, 0, 0}), widen(tile.position[0]));
+  EXPECT_EQ(position_on_tile(tile, {0, 1, 0}), widen(tile.position[1]));
+  EXPECT_EQ(position_on_tile(tile, {0, 0, 1}), widen(tile.position[2]));
+}
+
 }  // namespace
 }  // namespace remaps::resample

@@ -99,8 +99,9 @@ class PositionBlocks {
 
 Vec3 position_on_tile(const Tile& tile, const map::FacePoint& at) {
   const auto& t = tile.triangle[at.face];
-  const Vec3 a = widen(tile.position[t[0]]);
-  return a + at.u * (widen(tile.position[t[1]]) - a) + at.v * (widen(tile.position[t[2]]) - a);
+  // A weighted sum, not offsets from one corner: exact at every corner.
+  return (1 - at.u - at.v) * widen(tile.position[t[0]]) + at.u * widen(tile.position[t[1]]) +
+         at.v * widen(tile.position[t[2]]);
 }
 
 void pull_back(const MapFiles& files, const PointProducer& produce, const ResampleOptions& options,

@@ -1,0 +1,139 @@
+#include "remaps/pipeline/vertex_spool.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "remaps/base/errors.h"
+#include "remaps/formats/mesh_reader.h"
+#include "support/remesh_job.h"
+#include "support/temp_files.h"
+
+namespace remaps::pipeline {
+namespace {
+
+class VertexSpoolTest : public test::TempFiles {
+ protected:
+  std::unique_ptr<IndexedMeshReader> write_and_open(const test::MeshLists& mesh) const {
+    test::write_lists(mesh, directory() / "in.ply");
+    return open_mesh_reader(directory() / "in.ply");
+  }
+  /// OBJ keeps all digits of a double.
+  std::unique_ptr<IndexedMeshReader> write_obj_and_open(const std::vector<Vec3>& position) const {
+    std::ofstream out(directory() / "in.obj");
+    out.precision(17);
+    for (const Vec3& p : position) out << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
+    out << "f 1 2 3\n";
+    out.close();
+    return open_mesh_reader(directory() / "in.obj");
+  }
+  std::filesystem::path path() const { return directory() / "spool"; }
+
+  MemoryBudget budget_{std::uint64_t{64} << 20};
+};
+
+TEST_F(VertexSpoolTest, ReadsBackPositionsFromAnywhere) {
+  const test::MeshLists mesh = test::scan(BaseShape::kTorus, 40'000);
+  const auto reader = write_and_open(mesh);
+  PositionSample sample(100);
+  {
+    VertexSpool spool(path());
+    spool.fill(*reader, &sample, [](double) {});
+    ASSERT_EQ(spool.vertices(), mesh.position.size());
+    EXPECT_EQ(spool.origin(), Vec3{});
+    EXPECT_EQ(sample.seen(), mesh.position.size());
+    Box3 box;
+    for (const Vec3& p : mesh.position) box.add(p);
+    EXPECT_EQ(spool.box().low, box.low);
+    EXPECT_EQ(spool.box().high, box.high);
+    std::mt19937_64 random(1);
+    std::vector<Vec3f> part;
+    for (int i = 0; i < 50; ++i) {
+      const std::size_t first = random() % mesh.position.size();
+      part.resize(std::min<std::size_t>(random() % 3000, mesh.position.size() - first));
+      spool.read(first, part);
+      for (std::size_t k = 0; k < part.size(); ++k)
+        ASSERT_EQ(widen(part[k]), mesh.position[first + k]);
+    }
+    part.resize(2);
+    EXPECT_THROW(spool.read(mesh.position.size() - 1, part), CorruptionError);
+  }
+  EXPECT_FALSE(std::filesystem::exists(path()));
+}
+
+TEST_F(VertexSpoolTest, MovesTheOriginOfSurveysSoThatFloatsSuffice) {
+  std::mt19937_64 random(2);
+  std::uniform_real_distribution<double> offset(0, 1);
+  std::vector<Vec3> position;
+  for (int i = 0; i < 1000; ++i)
+    position.push_back({4'500'000 + offset(random), 600'000 + offset(random), offset(random)});
+  const auto reader = write_obj_and_open(position);
+  VertexSpool spool(path());
+  spool.fill(*reader, nullptr, [](double) {});
+  EXPECT_NE(spool.origin(), Vec3{});
+  std::vector<Vec3f> stored(position.size());
+  spool.read(0, stored);
+  for (std::size_t i = 0; i < stored.size(); ++i) {
+    ASSERT_LT(norm(spool.origin() + widen(stored[i]) - position[i]), 1e-6);
+  }
+}
+
+TEST_F(VertexSpoolTest, KeepsTheOriginOfWhatLiesNearZero) {
+  const auto reader = write_obj_and_open({{10, 0, 0}, {11, 0.1, 0}, {10, 1, 0}});
+  VertexSpool spool(path());
+  spool.fill(*reader, nullptr, [](double) {});
+  EXPECT_EQ(spool.origin(), Vec3{});
+}
+
+TEST_F(VertexSpoolTest, LooksUpAnyOrderThroughASmallCache) {
+  const test::MeshLists mesh = test::scan(BaseShape::kIcosahedron, 30'000);
+  const auto reader = write_and_open(mesh);
+  VertexSpool spool(path());
+  PositionSample sample(1000);
+  spool.fill(*reader, &sample, [](double) {});
+  const SpaceCut cut(sample.kept(), 7, 0);
+  for (const std::uint64_t cache_bytes : {std::uint64_t{0}, std::uint64_t{1} << 24}) {
+    VertexLookup lookup(spool, &cut, cache_bytes, budget_);
+    VertexLookup uncut(spool, nullptr, cache_bytes, budget_);
+    EXPECT_LT(budget_.available(), budget_.total());
+    std::mt19937_64 random(3);
+    for (int i = 0; i < 30'000; ++i) {
+      // Runs of neighbours with leaps between them.
+      const VertexId v = i % 50 == 0 ? random() % spool.vertices()
+                                     : (static_cast<VertexId>(i) * 7) % spool.vertices();
+      ASSERT_EQ(widen(lookup[v].position), mesh.position[v]);
+      ASSERT_EQ(lookup[v].segment, cut.segment_of(to_float(mesh.position[v])));
+      ASSERT_EQ(uncut[v].segment, 0u);
+    }
+  }
+  EXPECT_EQ(budget_.available(), budget_.total());
+}
+
+TEST_F(VertexSpoolTest, StreamsTrianglesAgainAndAgain) {
+  const test::MeshLists mesh = test::scan(BaseShape::kDisk, 20'000, true);
+  const auto reader = write_and_open(mesh);
+  VertexSpool spool(path());
+  spool.fill(*reader, nullptr, [](double) {});
+  VertexLookup lookup(spool, nullptr, 0, budget_);
+  const Vec3 shift{1, 2, 3};
+  const TriangleSource source = triangles_of(*reader, lookup, shift);
+  for (int round = 0; round < 2; ++round) {
+    std::size_t f = 0;
+    source([&](std::span<const TrianglePositions> chunk) {
+      for (const TrianglePositions& t : chunk) {
+        for (std::size_t c = 0; c < 3; ++c)
+          ASSERT_EQ(t[c], shift + mesh.position[mesh.triangle[f][c]]);
+        ++f;
+      }
+    });
+    EXPECT_EQ(f, mesh.triangle.size());
+  }
+}
+
+}  // namespace
+}  // namespace remaps::pipeline
