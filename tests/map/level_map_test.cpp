@@ -33,8 +33,7 @@ class LevelMapTest : public test::TempFiles {
     const std::vector<test::Shape> shapes = test::scan_shapes();
     store::SectionFileWriter writer(path(), kLogKind);
     for (const std::size_t i : {0u, 2u, 4u}) {
-      const auto simplified =
-          test::simplify_shape(shapes[i], test::simplify_options(shapes[i], 100));
+      const auto simplified = test::simplify_shape(shapes[i], test::simplify_options(100));
       log_.push_back(test::segment_log_of(simplified, kNext));
       writer.append(store::pack_section(encode_records(log_.back())));
       writer.append(store::pack_section(encode_survivors(log_.back())));

@@ -205,7 +205,7 @@ Vec3 position_of(const Shape& shape, const LocalTriangle& t, const FacePoint& p)
 class WholeSegment : public testing::TestWithParam<std::size_t> {
  protected:
   WholeSegment() : shape_(test::scan_shapes()[GetParam()]) {
-    simplified_ = test::simplify_shape(shape_, test::simplify_options(shape_, 60));
+    simplified_ = test::simplify_shape(shape_, test::simplify_options(60));
     forward_.build(simplified_.log, shape_.triangle.size(), SegmentMap::Direction::kForward);
     inverse_.build(simplified_.log, shape_.triangle.size(), SegmentMap::Direction::kInverse);
     diagonal_ = test::diagonal_of(shape_);
@@ -291,15 +291,16 @@ TEST_P(WholeSegment, IsContinuousAcrossTheEdgesOfTheInput) {
   input.build(shape_.position.size(), shape_.position.size(), shape_.triangle);
   std::mt19937_64 random(3);
   double worst = 0;
-  for (LocalIndex c = 0; c < 3 * shape_.triangle.size(); ++c) {
+  const auto end = corner_of(static_cast<LocalIndex>(shape_.triangle.size()), 0);
+  for (LocalIndex c = 0; c < end; c = after_corner(c)) {
     const LocalIndex d = input.opposite(c);
     if (d == kNoIndex) continue;
     const double t = double(random() % 1024) / 1024;
     const auto seen_from = [](LocalIndex corner, double at_next) {
       std::array<double, 3> weight{};
-      weight[next_corner(corner) % 3] = at_next;
-      weight[previous_corner(corner) % 3] = 1 - at_next;
-      return point_on(corner / 3, weight);
+      weight[slot_of(next_corner(corner))] = at_next;
+      weight[slot_of(previous_corner(corner))] = 1 - at_next;
+      return point_on(face_of(corner), weight);
     };
     FacePoint a = seen_from(c, t);
     FacePoint b = seen_from(d, 1 - t);

@@ -61,9 +61,9 @@ void remove(Patch& patch, LocalIndex v, unsigned apex) {
   for (unsigned j = 0; j + 2 < n; ++j) {
     const LocalTriangle expected{star.ring[apex], star.ring[(apex + 1 + j) % n],
                                  star.ring[(apex + 2 + j) % n]};
-    ASSERT_EQ(patch.face(star.corner[j] / 3), expected);
+    ASSERT_EQ(patch.face(face_of(star.corner[j])), expected);
   }
-  for (unsigned i = n - 2; i < star.wedges; ++i) ASSERT_FALSE(patch.face_alive(star.corner[i] / 3));
+  for (unsigned i = n - 2; i < star.wedges; ++i) ASSERT_FALSE(patch.face_alive(face_of(star.corner[i])));
   ASSERT_FALSE(patch.vertex_alive(v));
 }
 

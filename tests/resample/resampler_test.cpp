@@ -23,7 +23,7 @@ using map::TaggedPoint;
 class ResamplerTest : public test::TempFiles {
  protected:
   ResamplerTest() : shape_(test::scan_shapes()[0]) {
-    simplified_ = test::simplify_shape(shape_, test::simplify_options(shape_, 50));
+    simplified_ = test::simplify_shape(shape_, test::simplify_options(50));
     const SegmentLog log = test::segment_log_of(simplified_, 0);
     {
       store::SectionFileWriter writer(directory() / "log", kLogKind);

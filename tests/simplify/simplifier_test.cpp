@@ -28,7 +28,7 @@ void replay(const Shape& shape, const SimplifiedShape& run, const SimplifyOption
   patch.build(shape.position.size(), shape.position.size(), shape.triangle);
   for (std::size_t r = 0; r < run.log.size(); ++r) {
     const Retriangulation record = run.log[r];
-    const LocalIndex v = patch.corner_vertex(3 * record.face[0] + record.turn[0]);
+    const LocalIndex v = patch.corner_vertex(corner_of(record.face[0], record.turn[0]));
     ASSERT_EQ(v, run.removed[r]);
     Star star;
     ASSERT_TRUE(patch.star(v, star));
@@ -37,7 +37,7 @@ void replay(const Shape& shape, const SimplifiedShape& run, const SimplifyOption
     ASSERT_EQ(record.boundary, star.boundary);
     ASSERT_LE(record.wedges, options.max_valence);
     for (unsigned i = 0; i < star.wedges; ++i) {
-      ASSERT_EQ(3 * record.face[i] + record.turn[i], star.corner[i]);
+      ASSERT_EQ(corner_of(record.face[i], record.turn[i]), star.corner[i]);
       ASSERT_GE(planar_shape({}, record.ring[i], record.ring[(i + 1) % n]), options.wedge_floor);
     }
     for (unsigned j = 0; j < record.triangles(); ++j) {
@@ -66,7 +66,7 @@ TEST(Simplifier, RemovesVerticesDownToTheTarget) {
     for (const std::size_t target :
          {shape.position.size(), shape.position.size() / 2, std::size_t{40}}) {
       SCOPED_TRACE(shape.name + " to " + std::to_string(target));
-      const SimplifiedShape run = simplify_shape(shape, simplify_options(shape, target));
+      const SimplifiedShape run = simplify_shape(shape, simplify_options(target));
       EXPECT_EQ(run.left, target);
       EXPECT_EQ(run.removed.size(), shape.position.size() - target);
       EXPECT_EQ(run.log.size(), run.removed.size());
@@ -85,7 +85,7 @@ TEST(Simplifier, RemovesVerticesDownToTheTarget) {
 TEST(Simplifier, WritesRecordsThatObeyTheRulesAndReplay) {
   for (const Shape& shape : scan_shapes()) {
     SCOPED_TRACE(shape.name);
-    SimplifyOptions options = simplify_options(shape, 0);
+    SimplifyOptions options = simplify_options(0);
     const SimplifiedShape run = simplify_shape(shape, options);
     EXPECT_LT(run.left, 40u) << "stopped early";
     replay(shape, run, options);
@@ -94,7 +94,7 @@ TEST(Simplifier, WritesRecordsThatObeyTheRulesAndReplay) {
 
 TEST(Simplifier, ObeysStricterRules) {
   const Shape shape = test::bumpy(test::icosphere(4), 0.1, 0.01, 6);
-  SimplifyOptions options = simplify_options(shape, 100);
+  SimplifyOptions options = simplify_options(100);
   options.max_valence = 8;
   options.fan_floor = options.wedge_floor = 0.15;
   options.thorough_below = 1000;
@@ -105,8 +105,8 @@ TEST(Simplifier, ObeysStricterRules) {
 
 TEST(Simplifier, WritesTheSameLogTwice) {
   for (const Shape& shape : scan_shapes()) {
-    const SimplifiedShape a = simplify_shape(shape, simplify_options(shape, 30));
-    const SimplifiedShape b = simplify_shape(shape, simplify_options(shape, 30));
+    const SimplifiedShape a = simplify_shape(shape, simplify_options(30));
+    const SimplifiedShape b = simplify_shape(shape, simplify_options(30));
     EXPECT_TRUE(std::equal(a.log.words().begin(), a.log.words().end(), b.log.words().begin(),
                            b.log.words().end()))
         << shape.name;
@@ -121,8 +121,8 @@ TEST(Simplifier, GivesTheSameFromBuffersUsedBefore) {
     SimplifiedShape run;
     run.segment = test::whole_segment(shape);
     run.patch.build(shape.position.size(), run.segment.own_vertices, shape.triangle);
-    const SimplifyOptions options = simplify_options(shape, 50);
-    initialize_loads(run.patch, options.diagonal, run.segment);
+    const SimplifyOptions options = simplify_options(50);
+    initialize_loads(run.patch, test::diagonal_of(shape), run.segment);
     used.run(options, run.segment, run.patch, shape.position.size(), run.log, run.removed);
     EXPECT_EQ(run.removed, simplify_shape(shape, options).removed) << shape.name;
   }
@@ -135,12 +135,12 @@ TEST(Simplifier, NeverRemovesALockedVertex) {
     std::mt19937_64 random(seed);
     std::vector<std::uint8_t> locked(shape.position.size());
     for (std::uint8_t& l : locked) l = random() % 3 == 0;
-    const SimplifiedShape run = simplify_shape(shape, simplify_options(shape, 0), locked);
+    const SimplifiedShape run = simplify_shape(shape, simplify_options(0), locked);
     for (const LocalIndex v : run.removed) EXPECT_FALSE(locked[v]);
     EXPECT_GT(run.removed.size(), shape.position.size() / 2);
     EXPECT_EQ(run.left, shape.position.size() - run.removed.size());
   }
-  const SimplifiedShape none = simplify_shape(shape, simplify_options(shape, 0),
+  const SimplifiedShape none = simplify_shape(shape, simplify_options(0),
                                               std::vector<std::uint8_t>(shape.position.size(), 1));
   EXPECT_TRUE(none.removed.empty());
 }
@@ -152,7 +152,7 @@ TEST(Simplifier, LeavesMoreOfWhatIsCurved) {
     const double r = std::hypot(p.x, p.y);
     if (r < 0.3) p.z = 0.3 * std::pow(std::cos(r / 0.3 * 1.5707963), 2);
   }
-  const SimplifiedShape run = simplify_shape(shape, simplify_options(shape, 200));
+  const SimplifiedShape run = simplify_shape(shape, simplify_options(200));
   std::size_t inside = 0;
   std::size_t inside_before = 0;
   for (LocalIndex v = 0; v < shape.position.size(); ++v) {
@@ -165,7 +165,7 @@ TEST(Simplifier, LeavesMoreOfWhatIsCurved) {
 
 TEST(Simplifier, StopsAtTheLeastThatTheTopologyAllows) {
   for (const Shape& shape : {test::tetrahedron(), test::annulus(3, 1)}) {
-    const SimplifiedShape run = simplify_shape(shape, simplify_options(shape, 0));
+    const SimplifiedShape run = simplify_shape(shape, simplify_options(0));
     EXPECT_EQ(run.left, shape.position.size()) << shape.name;
   }
 }

@@ -7,10 +7,9 @@
 
 namespace remaps::test {
 
-simplify::SimplifyOptions simplify_options(const Shape& shape, std::size_t target) {
+simplify::SimplifyOptions simplify_options(std::size_t target) {
   simplify::SimplifyOptions options;
   options.target_vertices = target;
-  options.diagonal = diagonal_of(shape);
   return options;
 }
 
@@ -22,7 +21,7 @@ SimplifiedShape simplify_shape(const Shape& shape, const simplify::SimplifyOptio
   const ManifoldDefect defect =
       result.patch.build(shape.position.size(), result.segment.own_vertices, shape.triangle);
   EXPECT_EQ(defect.kind, ManifoldDefect::Kind::kNone);
-  simplify::initialize_loads(result.patch, options.diagonal, result.segment);
+  simplify::initialize_loads(result.patch, diagonal_of(shape), result.segment);
   simplify::Simplifier simplifier;
   result.left = simplifier.run(options, result.segment, result.patch, shape.position.size(),
                                result.log, result.removed);

@@ -18,7 +18,7 @@ struct SimplifiedShape {
   std::size_t left = 0;
 };
 
-simplify::SimplifyOptions simplify_options(const Shape& shape, std::size_t target);
+simplify::SimplifyOptions simplify_options(std::size_t target);
 /// @param locked  empty: none
 SimplifiedShape simplify_shape(const Shape& shape, const simplify::SimplifyOptions& options,
                                const std::vector<std::uint8_t>& locked = {});

@@ -42,21 +42,22 @@ std::vector<VertexId> ring_of(const std::vector<HalfEdge>& outer_edges) {
 }
 
 std::string check_corners(const Patch& patch) {
-  std::map<HalfEdge, LocalIndex> corner_of;
-  for (LocalIndex c = 0; c < 3 * patch.face_slots(); ++c) {
-    if (!patch.face_alive(c / 3)) continue;
+  const LocalIndex end = corner_of(static_cast<LocalIndex>(patch.face_slots()), 0);
+  std::map<HalfEdge, LocalIndex> corner_at;
+  for (LocalIndex c = 0; c < end; c = after_corner(c)) {
+    if (!patch.face_alive(face_of(c))) continue;
     if (patch.corner_vertex(c) >= patch.vertex_slots()) return fmt::format("corner {}: vertex", c);
     const HalfEdge edge{patch.corner_vertex(next_corner(c)),
                         patch.corner_vertex(previous_corner(c))};
-    if (!corner_of.emplace(edge, c).second)
+    if (!corner_at.emplace(edge, c).second)
       return fmt::format("half-edge {} {} occurs twice", edge.first, edge.second);
   }
-  for (LocalIndex c = 0; c < 3 * patch.face_slots(); ++c) {
+  for (LocalIndex c = 0; c < end; c = after_corner(c)) {
     LocalIndex expected = kNoIndex;
-    if (patch.face_alive(c / 3)) {
-      const auto twin = corner_of.find(
+    if (patch.face_alive(face_of(c))) {
+      const auto twin = corner_at.find(
           {patch.corner_vertex(previous_corner(c)), patch.corner_vertex(next_corner(c))});
-      if (twin != corner_of.end()) expected = twin->second;
+      if (twin != corner_at.end()) expected = twin->second;
     }
     if (patch.opposite(c) != expected)
       return fmt::format("opposite of corner {} is {}, not {}", c, patch.opposite(c), expected);

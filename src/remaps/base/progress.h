@@ -29,7 +29,8 @@ class Progress {
     if (cancelled()) throw Cancelled();
   }
 
-  /// Starts a phase. Only the thread that runs the job calls begin and advance.
+  /// Starts a phase. begin and advance are called by one thread at a time: the one
+  /// that runs the job, or the one that commits its results in order.
   void begin(std::string_view phase) {
     phase_ = phase;
     advance(0);

@@ -29,7 +29,8 @@ PlanarPoint blend(double b1, GridPoint p1, double b2, GridPoint p2) {
 
 }  // namespace
 
-unsigned apply_forward(const Retriangulation& r, unsigned slot, FacePoint& point) {
+template <class Record>
+unsigned apply_forward(const Record& r, unsigned slot, FacePoint& point) {
   const std::array<double, 3> weight{1 - point.u - point.v, point.u, point.v};
   const unsigned turn = r.turn[slot];
   const PlanarPoint p = blend(weight[turn == 2 ? 0 : turn + 1], r.ring[slot],
@@ -60,7 +61,8 @@ unsigned apply_forward(const Retriangulation& r, unsigned slot, FacePoint& point
   return best;
 }
 
-unsigned apply_inverse(const Retriangulation& r, unsigned slot, FacePoint& point) {
+template <class Record>
+unsigned apply_inverse(const Record& r, unsigned slot, FacePoint& point) {
   const GridPoint p0 = r.ring[r.apex];
   const GridPoint p1 = r.ring[r.corner(slot, 1)];
   const GridPoint p2 = r.ring[r.corner(slot, 2)];
@@ -93,6 +95,11 @@ unsigned apply_inverse(const Retriangulation& r, unsigned slot, FacePoint& point
   return best;
 }
 
+template unsigned apply_forward(const Retriangulation&, unsigned, FacePoint&);
+template unsigned apply_forward(const RecordView&, unsigned, FacePoint&);
+template unsigned apply_inverse(const Retriangulation&, unsigned, FacePoint&);
+template unsigned apply_inverse(const RecordView&, unsigned, FacePoint&);
+
 void SegmentMap::build(const RetriangulationLog& log, std::size_t faces, Direction direction) {
   log_ = &log;
   direction_ = direction;
@@ -120,7 +127,7 @@ void SegmentMap::build(const RetriangulationLog& log, std::size_t faces, Directi
 FacePoint SegmentMap::carry_from(FacePoint point, std::uint32_t link) const {
   while (link != kNoIndex) {
     const std::size_t r = link / 16;
-    const Retriangulation record = (*log_)[r];
+    const RecordView record = log_->view(r);
     const unsigned slot = direction_ == Direction::kForward
                               ? apply_forward(record, link % 16, point)
                               : apply_inverse(record, link % 16, point);

@@ -52,10 +52,12 @@ class SegmentMap {
   std::vector<std::uint32_t> next_;
 };
 
-/// Carries a point through one record. Requires point.face == record.face[slot] before (forward),
-/// or after (inverse).
+/// Carries a point through one record (a Retriangulation or a RecordView). Requires point.face ==
+/// record.face[slot] before (forward), or after (inverse).
 /// @return  the slot of the new triangle (forward) or of the wedge (inverse) it falls on
-unsigned apply_forward(const Retriangulation& record, unsigned slot, FacePoint& point);
-unsigned apply_inverse(const Retriangulation& record, unsigned slot, FacePoint& point);
+template <class Record>
+unsigned apply_forward(const Record& record, unsigned slot, FacePoint& point);
+template <class Record>
+unsigned apply_inverse(const Record& record, unsigned slot, FacePoint& point);
 
 }  // namespace remaps::map

@@ -6,8 +6,12 @@ namespace remaps {
 
 ManifoldDefect Patch::build(std::size_t vertices, std::size_t own,
                             std::span<const LocalTriangle> triangles) {
-  vertex_.assign(triangles.begin(), triangles.end());
-  opposite_.assign(triangles.size(), {kNoIndex, kNoIndex, kNoIndex});
+  vertex_.resize(triangles.size());
+  for (std::size_t f = 0; f < triangles.size(); ++f) {
+    const LocalTriangle& t = triangles[f];
+    vertex_[f] = {t[0], t[1], t[2], kNoIndex};
+  }
+  opposite_.assign(triangles.size(), {kNoIndex, kNoIndex, kNoIndex, kNoIndex});
   first_corner_.assign(vertices, kNoIndex);
   valence_.assign(vertices, 0);
   boundary_.assign(vertices, 0);
@@ -27,13 +31,17 @@ ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
   }
   for (std::size_t v = 1; v < bucket_start_.size(); ++v) bucket_start_[v] += bucket_start_[v - 1];
   bucket_.resize(3 * triangles.size());
-  for (LocalIndex c = 0; c < bucket_.size(); ++c) bucket_[bucket_start_[corner_vertex(c)]++] = c;
+  for (LocalIndex c = 0; c < corner_of(static_cast<LocalIndex>(vertex_.size()), 0);
+       c = after_corner(c)) {
+    bucket_[bucket_start_[corner_vertex(c)]++] = c;
+  }
   for (std::size_t v = bucket_start_.size() - 1; v > 0; --v)
     bucket_start_[v] = bucket_start_[v - 1];
   bucket_start_[0] = 0;
 
   // Corner c stands for the half-edge next(c) -> previous(c) opposite to it.
-  for (LocalIndex c = 0; c < bucket_.size(); ++c) {
+  for (LocalIndex c = 0; c < corner_of(static_cast<LocalIndex>(vertex_.size()), 0);
+       c = after_corner(c)) {
     const LocalIndex tail = corner_vertex(next_corner(c));
     const LocalIndex head = corner_vertex(previous_corner(c));
     LocalIndex twin = kNoIndex;
@@ -56,7 +64,7 @@ ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
     }
     if (same + twins > 2) return {ManifoldDefect::Kind::kEdgeFaces, tail, head};
     if (same > 1) return {ManifoldDefect::Kind::kOrientation, tail, head};
-    if (twins == 1) opposite_[c / 3][c % 3] = twin;
+    if (twins == 1) opposite_[face_of(c)][slot_of(c)] = twin;
   }
   return {};
 }
@@ -146,8 +154,8 @@ bool Patch::fan_keeps_topology(const Star& star, unsigned apex) const {
 }
 
 void Patch::link(LocalIndex a, LocalIndex b) {
-  if (a != kNoIndex) opposite_[a / 3][a % 3] = b;
-  if (b != kNoIndex) opposite_[b / 3][b % 3] = a;
+  if (a != kNoIndex) opposite_[face_of(a)][slot_of(a)] = b;
+  if (b != kNoIndex) opposite_[face_of(b)][slot_of(b)] = a;
 }
 
 void Patch::retriangulate(LocalIndex v, const Star& star, unsigned apex) {
@@ -159,25 +167,26 @@ void Patch::retriangulate(LocalIndex v, const Star& star, unsigned apex) {
   const auto wrap = [n](unsigned slot) { return slot >= n ? slot - n : slot; };
 
   for (unsigned j = 0; j < triangles; ++j) {
-    const LocalIndex f = star.corner[j] / 3;
-    vertex_[f] = {star.ring[apex], star.ring[wrap(apex + 1 + j)], star.ring[wrap(apex + 2 + j)]};
+    const LocalIndex f = face_of(star.corner[j]);
+    vertex_[f] = {star.ring[apex], star.ring[wrap(apex + 1 + j)], star.ring[wrap(apex + 2 + j)],
+                  kNoIndex};
   }
   for (unsigned j = 0; j < triangles; ++j) {
-    const LocalIndex c = star.corner[j] / 3 * 3;
-    opposite_[c / 3] = {kNoIndex, kNoIndex, kNoIndex};
-    link(c, outer[wrap(apex + 1 + j)]);
-    if (j > 0) link(c + 2, star.corner[j - 1] / 3 * 3 + 1);
+    const LocalIndex f = face_of(star.corner[j]);
+    opposite_[f] = {kNoIndex, kNoIndex, kNoIndex, kNoIndex};
+    link(corner_of(f, 0), outer[wrap(apex + 1 + j)]);
+    if (j > 0) link(corner_of(f, 2), corner_of(face_of(star.corner[j - 1]), 1));
   }
-  link(star.corner[0] / 3 * 3 + 2, outer[apex]);
-  link(star.corner[triangles - 1] / 3 * 3 + 1, outer[wrap(apex + n - 1)]);
+  link(corner_of(face_of(star.corner[0]), 2), outer[apex]);
+  link(corner_of(face_of(star.corner[triangles - 1]), 1), outer[wrap(apex + n - 1)]);
   for (unsigned i = triangles; i < star.wedges; ++i) {
-    vertex_[star.corner[i] / 3] = {kNoIndex, kNoIndex, kNoIndex};
-    opposite_[star.corner[i] / 3] = {kNoIndex, kNoIndex, kNoIndex};
+    vertex_[face_of(star.corner[i])].fill(kNoIndex);
+    opposite_[face_of(star.corner[i])].fill(kNoIndex);
   }
 
   for (unsigned j = 0; j < triangles; ++j) {
-    const LocalIndex c = star.corner[j] / 3 * 3;
-    for (LocalIndex i = 0; i < 3; ++i) first_corner_[vertex_[c / 3][i]] = c + i;
+    const LocalIndex f = face_of(star.corner[j]);
+    for (LocalIndex i = 0; i < 3; ++i) first_corner_[vertex_[f][i]] = corner_of(f, i);
   }
   for (unsigned i = 0; i < n; ++i) {
     const LocalIndex x = star.ring[i];

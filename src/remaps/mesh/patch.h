@@ -13,12 +13,26 @@ namespace remaps {
 /// Three local vertex indices.
 using LocalTriangle = std::array<LocalIndex, 3>;
 
-/// A corner is 3 * face + (0, 1, 2). next/previous walk the corners of one face.
+/// A corner of a face as one number: 4 * face + (0, 1, 2), so that taking it apart is a shift.
+inline LocalIndex corner_of(LocalIndex face, LocalIndex slot) {
+  return 4 * face + slot;
+}
+inline LocalIndex face_of(LocalIndex corner) {
+  return corner >> 2;
+}
+inline LocalIndex slot_of(LocalIndex corner) {
+  return corner & 3;
+}
+/// The corner that follows c in the order of faces.
+inline LocalIndex after_corner(LocalIndex c) {
+  return slot_of(c) == 2 ? c + 2 : c + 1;
+}
+/// The corners of one face, counter-clockwise and back.
 inline LocalIndex next_corner(LocalIndex c) {
-  return c % 3 == 2 ? c - 2 : c + 1;
+  return slot_of(c) == 2 ? c - 2 : c + 1;
 }
 inline LocalIndex previous_corner(LocalIndex c) {
-  return c % 3 == 0 ? c + 2 : c - 1;
+  return slot_of(c) == 0 ? c + 2 : c - 1;
 }
 
 /// The 1-ring of a vertex: wedge i is the face of corner[i], its outer edge runs from ring[i] to
@@ -42,7 +56,7 @@ struct ManifoldDefect {
 };
 
 /// A piece of a triangle mesh in memory: corner table with adjacency, for local operators. Face ids
-/// are stable: an operator reuses the ids of the star that it changes. Memory: 36 B a face + 13 B a
+/// are stable: an operator reuses the ids of the star that it changes. Memory: 48 B a face + 13 B a
 /// vertex. Buffers are kept from one `build` to the next.
 class Patch {
  public:
@@ -64,10 +78,10 @@ class Patch {
   bool face_alive(LocalIndex f) const { return vertex_[f][0] != kNoIndex; }
   /// False for a removed vertex and for one without faces.
   bool vertex_alive(LocalIndex v) const { return first_corner_[v] != kNoIndex; }
-  const LocalTriangle& face(LocalIndex f) const { return vertex_[f]; }
-  LocalIndex corner_vertex(LocalIndex c) const { return vertex_[c / 3][c % 3]; }
+  LocalTriangle face(LocalIndex f) const { return {vertex_[f][0], vertex_[f][1], vertex_[f][2]}; }
+  LocalIndex corner_vertex(LocalIndex c) const { return vertex_[face_of(c)][slot_of(c)]; }
   /// The corner across the edge opposite to c, or kNoIndex at the patch's boundary.
-  LocalIndex opposite(LocalIndex c) const { return opposite_[c / 3][c % 3]; }
+  LocalIndex opposite(LocalIndex c) const { return opposite_[face_of(c)][slot_of(c)]; }
   /// Number of edges at v.
   unsigned valence(LocalIndex v) const { return valence_[v]; }
   bool on_boundary(LocalIndex v) const { return boundary_[v] != 0; }
@@ -112,8 +126,10 @@ class Patch {
   void link(LocalIndex a, LocalIndex b);
   LocalIndex clockwise_most(LocalIndex corner) const;
 
-  std::vector<LocalTriangle> vertex_;     // (faces)
-  std::vector<LocalTriangle> opposite_;   // (faces)
+  using Corners = std::array<LocalIndex, 4>;  // the last is unused
+
+  std::vector<Corners> vertex_;           // (faces)
+  std::vector<Corners> opposite_;         // (faces)
   std::vector<LocalIndex> first_corner_;  // (vertices)
   std::vector<std::uint32_t> valence_;    // (vertices)
   std::vector<std::uint8_t> boundary_;    // (vertices)

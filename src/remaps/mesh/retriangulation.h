@@ -58,8 +58,24 @@ inline double orientation(GridPoint a, GridPoint b, PlanarPoint p) {
   return double(b.x - a.x) * (p.y - a.y) - double(b.y - a.y) * (p.x - a.x);
 }
 
-/// One removal, unpacked. Plain data, 160 bytes; made by simplify, read by map and verify.
-struct Retriangulation {
+/// The numbering that all forms of a record share; see the head of this file.
+template <class Record>
+struct RecordShape {
+  unsigned ring_size() const { return self().wedges + (self().boundary ? 1u : 0u); }
+  unsigned triangles() const { return ring_size() - 2; }
+  /// Ring index of corner c (0, 1, 2) of new triangle j.
+  unsigned corner(unsigned j, unsigned c) const {
+    const unsigned slot = c == 0 ? self().apex : self().apex + j + c;
+    return slot >= ring_size() ? slot - ring_size() : slot;
+  }
+  unsigned next(unsigned slot) const { return slot + 1 == ring_size() ? 0 : slot + 1; }
+
+ private:
+  const Record& self() const { return static_cast<const Record&>(*this); }
+};
+
+/// One removal, unpacked. Plain data; made by simplify.
+struct Retriangulation : RecordShape<Retriangulation> {
   std::uint8_t wedges = 0;  ///< k, the triangles of the star: 3 (2 at a boundary) to kMaxStarFaces
   bool boundary = false;    ///< the removed vertex lies on a boundary
   std::uint8_t apex = 0;    ///< the ring point that the new triangles fan about
@@ -68,15 +84,28 @@ struct Retriangulation {
   std::array<std::uint8_t, kMaxStarFaces>
       turn{};                              ///< (k) which corner of face[i] is the removed vertex
   std::array<GridPoint, kMaxRing> ring{};  ///< (n) flattened ring, counter-clockwise
+};
 
-  unsigned ring_size() const { return wedges + (boundary ? 1u : 0u); }
-  unsigned triangles() const { return ring_size() - 2; }
-  /// Ring index of corner c (0, 1, 2) of new triangle j.
-  unsigned corner(unsigned j, unsigned c) const {
-    const unsigned slot = c == 0 ? apex : apex + j + c;
-    return slot >= ring_size() ? slot - ring_size() : slot;
-  }
-  unsigned next(unsigned slot) const { return slot + 1 == ring_size() ? 0 : slot + 1; }
+/// One removal, read in place from a log.
+struct RecordView : RecordShape<RecordView> {
+  struct Turns {
+    std::uint32_t bits;
+    unsigned operator[](unsigned i) const { return (bits >> (2 * i)) & 3u; }
+  };
+  struct Ring {
+    const std::uint32_t* words;
+    GridPoint operator[](unsigned i) const {
+      return {static_cast<std::int16_t>(words[i] & 0xFFFFu),
+              static_cast<std::int16_t>(words[i] >> 16)};
+    }
+  };
+
+  unsigned wedges;
+  bool boundary;
+  unsigned apex;
+  const LocalIndex* face;
+  Turns turn;
+  Ring ring;
 };
 
 /// Records of one segment, in removal order, packed. A record takes 2 + k + n words of 32 bits:
@@ -124,16 +153,24 @@ class RetriangulationLog {
     return {static_cast<std::int16_t>(word & 0xFFFFu), static_cast<std::int16_t>(word >> 16)};
   }
 
+  /// Valid until the log changes.
+  RecordView view(std::size_t r) const {
+    const std::uint32_t* words = words_.data() + starts_[r];
+    const unsigned k = words[0] & 15u;
+    return {{},        k,          (words[0] & 16u) != 0, (words[0] >> 8) & 15u,
+            words + 2, {words[1]}, {words + 2 + k}};
+  }
   Retriangulation operator[](std::size_t r) const {
+    const RecordView from = view(r);
     Retriangulation result;
-    result.wedges = static_cast<std::uint8_t>(wedges(r));
-    result.boundary = boundary(r);
-    result.apex = static_cast<std::uint8_t>(apex(r));
-    for (unsigned i = 0; i < result.wedges; ++i) {
-      result.face[i] = face(r, i);
-      result.turn[i] = static_cast<std::uint8_t>(turn(r, i));
+    result.wedges = static_cast<std::uint8_t>(from.wedges);
+    result.boundary = from.boundary;
+    result.apex = static_cast<std::uint8_t>(from.apex);
+    for (unsigned i = 0; i < from.wedges; ++i) {
+      result.face[i] = from.face[i];
+      result.turn[i] = static_cast<std::uint8_t>(from.turn[i]);
     }
-    for (unsigned i = 0; i < result.ring_size(); ++i) result.ring[i] = ring(r, i);
+    for (unsigned i = 0; i < from.ring_size(); ++i) result.ring[i] = from.ring[i];
     return result;
   }
 

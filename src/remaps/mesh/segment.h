@@ -25,7 +25,7 @@ struct Segment {
   std::vector<Quadric> quadric;         ///< (v) meaningful for own vertices
   std::vector<LocalTriangle> triangle;  ///< (f)
   std::vector<FaceId> face_id;          ///< (f) first level: input face indices; empty afterwards
-  std::vector<float> load;  ///< (f) predicted squared sampling error, see simplify/schedule.h
+  std::vector<float> load;  ///< (f) predicted squared sampling error, see simplify/sampling_load.h
   std::vector<std::uint8_t> locked;  ///< (v)
   LocalIndex own_vertices = 0;
   LocalIndex home_faces = 0;

@@ -55,7 +55,8 @@ SegmentTopology count_segment(const Segment& s, const Patch& patch) {
 
   std::iota(parent.begin(), parent.end(), 0u);
   std::fill(marked.begin(), marked.end(), std::uint8_t{0});
-  for (LocalIndex c = 0; c < 3 * s.triangle.size(); ++c) {
+  const auto end = corner_of(static_cast<LocalIndex>(s.triangle.size()), 0);
+  for (LocalIndex c = 0; c < end; c = after_corner(c)) {
     if (patch.opposite(c) != kNoIndex) continue;
     const LocalIndex a = patch.corner_vertex(next_corner(c));
     const LocalIndex b = patch.corner_vertex(previous_corner(c));

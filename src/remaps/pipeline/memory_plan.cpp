@@ -9,9 +9,8 @@ namespace remaps::pipeline {
 namespace {
 
 constexpr std::uint64_t kLeastBudget = std::uint64_t{24} << 20;
-constexpr std::uint64_t kBytesPerFace = 300;     // segment, patch, queue, log and its packed copy
 constexpr std::uint64_t kBytesPerPoint = 80;     // decoded, carried and packed
-constexpr std::uint64_t kCacheSegment = 40'000;  // faces: a segment that stays in a core's cache
+constexpr std::uint64_t kCacheSegment = 20'000;  // faces: a segment that stays in a core's cache
 
 }  // namespace
 
@@ -27,10 +26,13 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, unsigned threads, std::uint64
   plan.domain_buffer = domain_buffer != 0 ? domain_buffer
                                           : std::clamp<std::uint64_t>(domain_share / kBytesPerFace,
                                                                       2'000, 4'000'000);
-  // Threads + 1 results wait beside the segments in work.
-  const std::uint64_t per_lane = domain_share / (kBytesPerFace * (threads + 1));
-  plan.segment_faces = std::min({plan.domain_buffer / 2, per_lane / 2, kCacheSegment});
+  // Samples err by up to a factor of 2; at least three segments in work and waiting have room.
+  const std::uint64_t largest = 2 * kBytesPerFace;
+  plan.segment_faces =
+      std::min({plan.domain_buffer / 2, domain_share / (4 * largest), kCacheSegment});
   plan.segment_faces = std::max<std::uint64_t>(plan.segment_faces, 500);
+  const std::uint64_t fit = domain_share / (largest * plan.segment_faces);
+  plan.sweep_threads = static_cast<unsigned>(std::clamp<std::uint64_t>(fit, 2, threads + 1ull) - 1);
   plan.map_buffer = map_buffer != 0 ? map_buffer
                                     : std::clamp<std::uint64_t>(
                                           budget_bytes / 16 / (kBytesPerPoint * (2 * threads + 1)),

@@ -18,7 +18,6 @@
 namespace remaps::pipeline {
 namespace {
 
-constexpr std::uint64_t kBytesPerFace = 300;
 /// Fraction of a segment's vertices that a sweep keeps at least.
 constexpr double kKeep = 0.1;
 /// The last sweep runs in core; it does best when this many times the base is left to it
@@ -95,7 +94,7 @@ class Parameterizer {
 
   Reservation reserve_lanes(const DomainLevel& level) {
     const std::uint64_t faces = level.largest_segment();
-    const auto lanes = std::min<std::uint64_t>(job_.threads, level.segments());
+    const auto lanes = std::min<std::uint64_t>(plan_.sweep_threads, level.segments());
     return budget_.reserve(faces * kBytesPerFace * (lanes + (lanes > 1 ? 1 : 0)),
                            fmt::format("simplifying segments of up to {} faces", faces));
   }
@@ -118,7 +117,7 @@ class Parameterizer {
       options.keep = keep;
       options.base_vertices = job_.base_vertices;
       options.diagonal = ingested_.diagonal;
-      options.threads = job_.threads;
+      options.threads = plan_.sweep_threads;
       options.input_name = job_.input.string();
       options.progress = &progress_;
       simplify::SweepOutput output;

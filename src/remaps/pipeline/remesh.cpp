@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <thread>
 
@@ -60,6 +61,18 @@ void check_bundle_target(const std::filesystem::path& bundle) {
     throw IoError(bundle.string() + ": exists and is not a bundle; it is left alone");
 }
 
+/// --fit holds the output in memory: said before the work starts, not after the sweeps. The true
+/// number of faces depends on the topology; about two a base vertex.
+void check_fit(const RemeshOptions& options) {
+  if (!options.fit || options.output.empty()) return;
+  const double faces = 2.0 * double(options.base_vertices) * std::exp2(2.0 * options.level);
+  const double bytes = faces * 300;
+  if (bytes <= double(options.memory_bytes)) return;
+  throw BudgetError(fmt::format(
+      "--fit holds the output in memory: about {:.0f} faces need --memory {:.0f}M or more", faces,
+      std::ceil(bytes / (1 << 20))));
+}
+
 }  // namespace
 
 Report remesh(const RemeshOptions& options, Progress& progress) {
@@ -74,6 +87,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   report.domain_buffer = plan.domain_buffer;
   report.map_buffer = plan.map_buffer;
 
+  check_fit(options);
   const bool has_output = !options.output.empty();
   const bool has_bundle = !options.bundle.empty();
   const std::filesystem::path bundle_target = without_slash(options.bundle);
@@ -101,6 +115,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   progress.check();
   if (has_bundle) staged_bundle->directory_to_target();
   if (has_output) {
+    report.bytes_written += std::filesystem::file_size(staged_output->path());
     staged_output->file_to_target();
     report.output_path = options.output.string();
   }
@@ -139,6 +154,7 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
                {staged.path(), temp.path(), options.level, threads, options.fit, options.measure,
                 options.samples},
                plan, budget, progress, report);
+  report.bytes_written += std::filesystem::file_size(staged.path());
   staged.file_to_target();
   report.output_path = options.output.string();
   monitor.finish(report);

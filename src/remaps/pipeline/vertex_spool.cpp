@@ -82,9 +82,9 @@ const VertexLookup::Entry& VertexLookup::load(VertexId v) {
   buffer_.resize(static_cast<std::size_t>(std::min(kBlock, spool_.vertices() - first)));
   spool_.read(first, buffer_);
   for (std::size_t i = 0; i < buffer_.size(); ++i) {
-    entries_[slot * kBlock + i] = {buffer_[i], cut_ == nullptr ? 0 : cut_->segment_of(buffer_[i])};
+    entries_[slot * kBlock + i] = {buffer_[i], cut_ == nullptr ? 0 : kNoIndex};
   }
-  return entries_[slot * kBlock + v % kBlock];
+  return (*this)[v];
 }
 
 TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, const Vec3& shift) {

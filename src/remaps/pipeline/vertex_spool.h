@@ -69,13 +69,15 @@ class VertexLookup {
     const std::uint32_t slot = slot_of_block_[v / kBlock];
     if (slot != kNoIndex) {
       used_[slot] = 1;
-      return entries_[slot * kBlock + v % kBlock];
+      Entry& entry = entries_[slot * kBlock + v % kBlock];
+      if (entry.segment == kNoIndex) entry.segment = cut_->segment_of(entry.position);
+      return entry;
     }
     return load(v);
   }
 
  private:
-  static constexpr std::uint64_t kBlock = 2048;
+  static constexpr std::uint64_t kBlock = 256;
 
   const Entry& load(VertexId v);
 

@@ -28,7 +28,7 @@ struct FitOptions {
 /// @param triangles  (f) of the mesh
 /// @param original   the surface, streamed once a round and once for its area
 /// @param positions  (v) moved in place; same frame as the original
-/// @throws BudgetError  mesh, tree and matrix (about 250 B a face) do not fit
+/// @throws BudgetError  mesh, tree and matrix (about 270 B a face) do not fit
 /// Cost a round: a closest-point query a sample, 2 passes over the faces an iteration.
 /// Deterministic for any number of threads.
 /// Source: Hoppe et al., Mesh Optimization, SIGGRAPH 93, section 4.1, with fixed connectivity.

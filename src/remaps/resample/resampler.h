@@ -18,7 +18,7 @@ struct ResampleOptions {
   map::CarryOptions carry;
   std::uint64_t buffer_bytes =
       32 << 20;                    ///< for the write buffers of one stage and one output block
-  std::filesystem::path temp_dir;  ///< holds 25 bytes a point at a time, 17 bytes a result
+  std::filesystem::path temp_dir;  ///< holds 25 bytes a point at a time, 28 bytes a result
   Vec3 origin;                     ///< added to the positions of the tiles
 };
 

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <numbers>
 
+#include "remaps/base/fast_math.h"
+
 namespace remaps::simplify {
 namespace {
+
+constexpr double kLeastSquare = 1e-300;  // normal numbers only
 
 double squared_distance(GridPoint a, GridPoint b) {
   const double x = b.x - a.x;
@@ -34,8 +38,8 @@ bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, Fl
   double log_mean = 0;
   for (unsigned i = 0; i < n; ++i) {
     const double squared = norm2(offsets[i]);
-    if (!(squared > 0) || !std::isfinite(squared)) return false;
-    log_radius[i] = 0.5 * std::log(squared);
+    if (!(squared > kLeastSquare) || !std::isfinite(squared)) return false;
+    log_radius[i] = 0.5 * fast_log2(squared);
     log_mean += log_radius[i] / n;
   }
   double total = 0;
@@ -43,7 +47,7 @@ bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, Fl
     const Vec3& a = offsets[i];
     const Vec3& b = offsets[i + 1 == n ? 0 : i + 1];
     angle[i] = total;
-    total += std::atan2(norm(cross(a, b)), dot(a, b));
+    total += fast_angle(dot(a, b), norm(cross(a, b)));
   }
   if (boundary) angle[n - 1] = total;
   if (!(total > 0)) return false;
@@ -52,9 +56,10 @@ bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, Fl
   double largest = 0;
   for (unsigned i = 0; i < n; ++i) largest = std::max(largest, power * (log_radius[i] - log_mean));
   for (unsigned i = 0; i < n; ++i) {
-    const double radius = kGridRadius * std::exp(power * (log_radius[i] - log_mean) - largest);
-    out.ring[i] = {to_grid(radius * std::cos(power * angle[i])),
-                   to_grid(radius * std::sin(power * angle[i]))};
+    const double exponent = std::max(power * (log_radius[i] - log_mean) - largest, -500.0);
+    const double radius = kGridRadius * fast_exp2(exponent);
+    const SineCosine turn = fast_sine_cosine(power * angle[i]);
+    out.ring[i] = {to_grid(radius * turn.cosine), to_grid(radius * turn.sine)};
   }
   if (boundary) {
     // The two boundary edges lie on one line through the origin, exactly.

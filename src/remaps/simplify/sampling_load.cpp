@@ -72,7 +72,7 @@ double squared_curvature(const Segment& s, const LocalTriangle& t, std::span<con
 
 void add_boundary_planes(const Patch& patch, Segment& s, LocalIndex f, const Vec3& unit_normal) {
   for (LocalIndex i = 0; i < 3; ++i) {
-    if (patch.opposite(3 * f + i) != kNoIndex) continue;
+    if (patch.opposite(corner_of(f, i)) != kNoIndex) continue;
     const LocalIndex a = s.triangle[f][(i + 1) % 3];
     const LocalIndex b = s.triangle[f][(i + 2) % 3];
     const Vec3 edge = vector_between(s, a, b);
@@ -119,10 +119,10 @@ void initialize_loads(const Patch& patch, double diagonal, Segment& s) {
     double sum = curvature[f] * area[f];
     double weight = area[f];
     for (LocalIndex i = 0; i < 3; ++i) {
-      const LocalIndex across = patch.opposite(3 * f + i);
+      const LocalIndex across = patch.opposite(corner_of(f, i));
       if (across == kNoIndex) continue;
-      sum += curvature[across / 3] * area[across / 3];
-      weight += area[across / 3];
+      sum += curvature[face_of(across)] * area[face_of(across)];
+      weight += area[face_of(across)];
     }
     const double smooth = weight > 0 ? sum / weight : 0;
     s.load[f] = static_cast<float>((smooth + least) * area[f] * area[f] * area[f]);

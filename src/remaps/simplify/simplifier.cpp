@@ -3,105 +3,134 @@
 #include <algorithm>
 #include <cmath>
 
+#include "remaps/base/fast_math.h"
 #include "remaps/simplify/sampling_load.h"
 
 namespace remaps::simplify {
 namespace {
 
+// The cost of a removal is quadric^0.3 * (growth of the load)^0.7 * shape^-0.25; queues hold its
+// logarithm.
 constexpr double kQuadricExponent = 0.3;
 constexpr double kLoadExponent = 0.7;
+constexpr double kShapeExponent = -0.25;
 constexpr unsigned kFansTried = 3;  // those of least quadric error get their load computed
 
 }  // namespace
 
-/// Loads and flattens the star of v. False when v cannot be removed as things are.
-bool Simplifier::prepare(LocalIndex v) {
+/// Loads the star of v. False when it cannot be removed whatever the geometry.
+bool Simplifier::load_star(LocalIndex v) {
   if (!patch_->star(v, star_) || star_.wedges > options_->max_valence) return false;
   const unsigned n = star_.ring_size();
   if (n < 3 || (star_.boundary && star_.wedges < 2)) return false;
   const Vec3 centre = widen(segment_->position[v]);
   for (unsigned i = 0; i < n; ++i) offset_[i] = widen(segment_->position[star_.ring[i]]) - centre;
-  if (!flatten_star({offset_.data(), n}, star_.boundary, options_->wedge_floor, flat_))
-    return false;
+  star_load_ = 0;
   for (unsigned i = 0; i < star_.wedges; ++i) {
     normal_[i] = cross(offset_[i], offset_[i + 1 == n ? 0 : i + 1]);
-    wedge_load_[i] = segment_->load[star_.corner[i] / 3];
+    wedge_load_[i] = segment_->load[face_of(star_.corner[i])];
+    star_load_ += wedge_load_[i];
   }
   return true;
 }
 
-/// The tests of a fan that need no connectivity beyond the star: valence, planar orientation,
-/// normals.
+bool Simplifier::flatten() {
+  return flatten_star({offset_.data(), star_.ring_size()}, star_.boundary, options_->wedge_floor,
+                      flat_);
+}
+
+/// The tests of a fan that need no plane and no connectivity beyond the star: valence and normals.
 bool Simplifier::fan_fits(unsigned apex) const {
   const unsigned n = star_.ring_size();
   const unsigned valence = patch_->valence(star_.ring[apex]);
   const unsigned after = valence + n - 4 + (star_.boundary ? 1 : 0);
   if (after > options_->max_valence && after > valence) return false;
-  if (!fan_is_valid(flat_, apex, options_->fan_floor)) return false;
   for (unsigned i = 0; i < star_.wedges; ++i) {
     const unsigned k = i + 1 == n ? 0 : i + 1;
     if (i == apex || k == apex) continue;
     const Vec3 turned = cross(offset_[i] - offset_[apex], offset_[k] - offset_[apex]);
-    const double cosine = dot(turned, normal_[i]);
-    if (!(cosine > 0)) return false;
-    const double floor = options_->normal_floor;
-    if (cosine * cosine < floor * floor * norm2(turned) * norm2(normal_[i])) return false;
+    if (!(dot(turned, normal_[i]) > 0)) return false;
   }
   return true;
 }
 
-/// Least 3D shape of the fan's triangles, 0 to 1.
+/// Least 3D shape of the fan's triangles: 1 for equilateral, 0 for degenerate.
 double Simplifier::fan_shape(unsigned apex) const {
   const unsigned n = star_.ring_size();
-  const auto wrap = [n](unsigned slot) { return slot >= n ? slot - n : slot; };
   double least = 1;
+  unsigned k = apex + 1 == n ? 0 : apex + 1;
+  Vec3 a = offset_[k] - offset_[apex];
   for (unsigned j = 0; j + 2 < n; ++j) {
-    const Vec3 a = offset_[wrap(apex + 1 + j)] - offset_[apex];
-    const Vec3 b = offset_[wrap(apex + 2 + j)] - offset_[apex];
+    k = k + 1 == n ? 0 : k + 1;
+    const Vec3 b = offset_[k] - offset_[apex];
     const double longest = std::max({norm2(a), norm2(b), norm2(b - a)});
-    const double shape = longest > 0 ? 1.1547 * norm(cross(a, b)) / longest : 0;
-    least = std::min(least, shape);
+    least = std::min(least, norm2(cross(a, b)) / (longest * longest));
+    a = b;
   }
-  return least;
+  return std::sqrt(4.0 / 3 * std::max(least, 0.0));
 }
 
-double Simplifier::fan_cost(LocalIndex v, unsigned apex, double star_load) {
+double Simplifier::fan_cost(LocalIndex v, unsigned apex, Care care) {
   const double quadric = segment_->quadric[v](offset_[apex]);
-  const double load = carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_);
-  const double growth = std::max(load - star_load, 1e-3 * star_load);
-  const double floor = 1e-6 * star_load;
-  const double shape = std::max(fan_shape(apex), 0.02);
-  return std::pow(quadric + floor, kQuadricExponent) * std::pow(growth, kLoadExponent) *
-         std::pow(shape, -0.25);
+  double growth = 0;
+  if (care == Care::kDraft) {
+    const double fewer = double(star_.wedges) / double(star_.ring_size() - 2);
+    growth = star_load_ * (fewer * fewer - 1);
+  } else {
+    growth = carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_) - star_load_;
+    growth = std::max(growth, 1e-3 * star_load_);
+  }
+  constexpr double kLeast = 1e-300;
+  return kQuadricExponent * fast_log2(quadric + 1e-6 * star_load_ + kLeast) +
+         kLoadExponent * fast_log2(growth + kLeast) +
+         kShapeExponent * fast_log2(std::max(fan_shape(apex), 0.02));
 }
 
-Simplifier::Candidate Simplifier::evaluate(LocalIndex v) {
-  Candidate best;
-  if (!prepare(v)) return best;
+/// Orders the ring by quadric error as apex. At a boundary only its two ends keep it in place.
+unsigned Simplifier::rank_fans(LocalIndex v, std::array<unsigned, kMaxRing>& order) const {
   const unsigned n = star_.ring_size();
-  std::array<std::pair<double, unsigned>, kMaxRing> order;
-  unsigned fits = 0;
-  for (unsigned apex = 0; apex < n; ++apex) {
-    if (star_.boundary && apex != 0 && apex != n - 1) continue;
-    order[fits++] = {segment_->quadric[v](offset_[apex]), apex};
+  if (star_.boundary) {
+    const Quadric& q = segment_->quadric[v];
+    const bool first = q(offset_[0]) <= q(offset_[n - 1]);
+    order[0] = first ? 0 : n - 1;
+    order[1] = first ? n - 1 : 0;
+    return 2;
   }
-  std::sort(order.begin(), order.begin() + fits);
-  double star_load = 0;
-  for (unsigned i = 0; i < star_.wedges; ++i) star_load += wedge_load_[i];
+  std::array<double, kMaxRing> error;
+  for (unsigned apex = 0; apex < n; ++apex) {
+    const double e = segment_->quadric[v](offset_[apex]);
+    unsigned at = apex;
+    for (; at > 0 && error[at - 1] > e; --at) {
+      error[at] = error[at - 1];
+      order[at] = order[at - 1];
+    }
+    error[at] = e;
+    order[at] = apex;
+  }
+  return n;
+}
+
+Simplifier::Candidate Simplifier::evaluate(LocalIndex v, Care care) {
+  Candidate best;
+  if (!load_star(v) || (care != Care::kDraft && !flatten())) return best;
+  std::array<unsigned, kMaxRing> order;
+  const unsigned fans = rank_fans(v, order);
+  const unsigned most = care == Care::kDraft ? 1 : care == Care::kCareful ? kFansTried : kMaxRing;
   unsigned tried = 0;
-  const unsigned most = thorough_ ? kMaxRing : kFansTried;
-  for (unsigned i = 0; i < fits && tried < most; ++i) {
-    const unsigned apex = order[i].second;
-    if (!fan_fits(apex) || !patch_->fan_keeps_topology(star_, apex)) continue;
+  for (unsigned i = 0; i < fans && tried < most; ++i) {
+    const unsigned apex = order[i];
+    if (!fan_fits(apex)) continue;
+    if (care != Care::kDraft && !fan_is_valid(flat_, apex, options_->fan_floor)) continue;
+    if (!patch_->fan_keeps_topology(star_, apex)) continue;
     ++tried;
-    const auto cost = static_cast<float>(fan_cost(v, apex, star_load));
+    const auto cost = static_cast<float>(fan_cost(v, apex, care));
     if (!best.valid || cost < best.cost) best = {true, apex, cost};
   }
   return best;
 }
 
-void Simplifier::refresh(LocalIndex v) {
-  const Candidate candidate = evaluate(v);
+void Simplifier::refresh(LocalIndex v, Care care) {
+  const Candidate candidate = evaluate(v, care);
   stale_[v] = 0;
   if (candidate.valid) {
     apex_[v] = static_cast<std::uint8_t>(candidate.apex);
@@ -118,15 +147,16 @@ void Simplifier::remove(LocalIndex v, unsigned apex, RetriangulationLog& log) {
   record.boundary = star_.boundary;
   record.apex = static_cast<std::uint8_t>(apex);
   for (unsigned i = 0; i < star_.wedges; ++i) {
-    record.face[i] = star_.corner[i] / 3;
-    record.turn[i] = static_cast<std::uint8_t>(star_.corner[i] % 3);
+    record.face[i] = face_of(star_.corner[i]);
+    record.turn[i] = static_cast<std::uint8_t>(slot_of(star_.corner[i]));
   }
   record.ring = flat_.ring;
   log.append(record);
 
   carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_);
-  for (unsigned j = 0; j + 2 < n; ++j)
+  for (unsigned j = 0; j + 2 < n; ++j) {
     segment_->load[record.face[j]] = static_cast<float>(fan_load_[j]);
+  }
   const LocalIndex target = star_.ring[apex];
   segment_->quadric[target].add_translated(segment_->quadric[v], Vec3{} - offset_[apex]);
   patch_->retriangulate(v, star_, apex);
@@ -141,8 +171,8 @@ void Simplifier::update_ring(float cost) {
   for (unsigned i = 0; i < n; ++i) {
     const LocalIndex x = ring[i];
     if (x >= segment_->own_vertices || segment_->locked[x]) continue;
-    if (thorough_) {
-      refresh(x);
+    if (care_ == Care::kThorough) {
+      refresh(x, care_);
       continue;
     }
     stale_[x] = 1;
@@ -159,27 +189,34 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
   queue_.reset(segment.own_vertices);
   stale_.assign(segment.own_vertices, 0);
   apex_.assign(segment.own_vertices, 0);
+  const auto care_with = [&](std::size_t vertices) {
+    if (options.draft) return Care::kDraft;
+    return vertices < options.thorough_below ? Care::kThorough : Care::kCareful;
+  };
   std::size_t left = alive;
-  thorough_ = left < options.thorough_below;
+  care_ = care_with(left);
   for (LocalIndex v = 0; v < segment.own_vertices; ++v) {
-    if (!segment.locked[v] && patch.vertex_alive(v)) refresh(v);
+    if (!segment.locked[v] && patch.vertex_alive(v)) refresh(v, care_);
   }
   while (left > options.target_vertices && !queue_.empty()) {
     const LocalIndex v = queue_.top();
     if (stale_[v]) {
-      refresh(v);
+      refresh(v, care_);
       continue;
     }
     const unsigned apex = apex_[v];
     const float cost = queue_.top_cost();
-    if (!prepare(v) || !fan_fits(apex) || !patch.fan_keeps_topology(star_, apex)) {
-      refresh(v);
+    const bool good = load_star(v) && fan_fits(apex) && flatten() &&
+                      fan_is_valid(flat_, apex, options.fan_floor) &&
+                      patch.fan_keeps_topology(star_, apex);
+    if (!good) {
+      refresh(v, std::max(care_, Care::kCareful));
       continue;
     }
     remove(v, apex, log);
     removed.push_back(v);
     --left;
-    thorough_ = left < options.thorough_below;
+    care_ = care_with(left);
     update_ring(cost);
   }
   return left;

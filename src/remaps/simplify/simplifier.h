@@ -12,13 +12,14 @@ namespace remaps::simplify {
 
 struct SimplifyOptions {
   std::size_t target_vertices = 0;  ///< stop when so many own vertices are left
-  double diagonal = 1;              ///< of the input's bounding box
   double wedge_floor = 0.0005;      ///< least planar_shape of a wedge of a flattened star
   double fan_floor = 0.002;         ///< least planar_shape of a new planar triangle
-  double normal_floor = 0.0;  ///< least cosine between the normals of a triangle before and after
-  std::size_t thorough_below =
-      0;                      ///< with fewer vertices left every fan of every star is tried at once
-  unsigned max_valence = 12;  ///< of any vertex after a removal (larger ones may shrink)
+  unsigned max_valence = 12;        ///< of any vertex after a removal (larger ones may shrink)
+  /// Rank removals without flattening: the load's growth is estimated from the number of triangles.
+  /// Several times faster; for sweeps that do not end at the base.
+  bool draft = false;
+  /// With fewer vertices left every fan of every star is tried at once.
+  std::size_t thorough_below = 0;
 };
 
 /// Simplifies one segment at a time by vertex removal and writes the log. Keeps its buffers from
@@ -44,19 +45,23 @@ class Simplifier {
     float cost = 0;
   };
 
-  bool prepare(LocalIndex v);
-  Candidate evaluate(LocalIndex v);
+  enum class Care { kDraft, kCareful, kThorough };
+
+  bool load_star(LocalIndex v);
+  bool flatten();
+  Candidate evaluate(LocalIndex v, Care care);
+  unsigned rank_fans(LocalIndex v, std::array<unsigned, kMaxRing>& order) const;
   bool fan_fits(unsigned apex) const;
-  double fan_cost(LocalIndex v, unsigned apex, double star_load);
+  double fan_cost(LocalIndex v, unsigned apex, Care care);
   double fan_shape(unsigned apex) const;
-  void refresh(LocalIndex v);
+  void refresh(LocalIndex v, Care care);
   void update_ring(float cost);
   void remove(LocalIndex v, unsigned apex, RetriangulationLog& log);
 
   const SimplifyOptions* options_ = nullptr;
   Segment* segment_ = nullptr;
   Patch* patch_ = nullptr;
-  bool thorough_ = false;
+  Care care_ = Care::kCareful;
   RemovalQueue queue_;
   std::vector<std::uint8_t> stale_;
   std::vector<std::uint8_t> apex_;
@@ -67,6 +72,7 @@ class Simplifier {
   std::array<Vec3, kMaxRing> offset_{};
   std::array<Vec3, kMaxStarFaces> normal_{};  // doubled, of the wedges
   std::array<float, kMaxStarFaces> wedge_load_{};
+  double star_load_ = 0;
   std::array<double, kMaxRing> fan_load_{};
 };
 
