@@ -143,41 +143,42 @@ TEST(Retriangulation, NumbersTheCornersOfTheFan) {
   EXPECT_EQ(r.next(2), 3u);
 }
 
-TEST(Retriangulation, SnapsToMultiplesOfTheFineStep) {
-  std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> value(-16384, 16384);
-  const double step = std::ldexp(1, -22);
-  for (int i = 0; i < 10'000; ++i) {
-    const double x = value(random);
-    const double snapped = snap_to_fine_grid(x);
-    ASSERT_EQ(std::round(snapped / step) * step, snapped);
-    ASSERT_LE(std::abs(snapped - x), 0.5 * step);
-    ASSERT_EQ(snap_to_fine_grid(snapped), snapped);
-  }
-  EXPECT_EQ(snap_to_fine_grid(0.5 * step), 0);
-  EXPECT_EQ(snap_to_fine_grid(1.5 * step), 2 * step);
-}
-
-TEST(Retriangulation, GivesExactSignsOnTheFineGrid) {
-  // Against 64-bit integers: coordinates in units of the fine step.
+TEST(Retriangulation, GivesExactSignsHoweverNearTheLine) {
+  // Against 128-bit integers: coordinates in units of 2^-82, cut down to what fits.
   std::mt19937_64 random(4);
   const auto coordinate = [&] { return static_cast<std::int16_t>(random() % 32767 - 16383); };
-  const auto fine = [](double x) { return static_cast<std::int64_t>(std::ldexp(x, 22)); };
-  for (int i = 0; i < 20'000; ++i) {
+  __extension__ using Wide = __int128;
+  const auto in_units = [](double x) {  // exact: x is a multiple of 2^-40 here
+    return static_cast<Wide>(std::ldexp(x, 40));
+  };
+  int zero = 0;
+  int near = 0;
+  for (int i = 0; i < 50'000; ++i) {
     const GridPoint a{coordinate(), coordinate()};
     const GridPoint b{coordinate(), coordinate()};
     const double t = double(random() % 4096) / 4096;
-    // On the line up to the snap, so that the sign hangs on the last bit.
-    const PlanarPoint p{snap_to_fine_grid(a.x + t * (b.x - a.x)),
-                        snap_to_fine_grid(a.y + t * (b.y - a.y))};
-    const std::int64_t exact = std::int64_t{b.x - a.x} * (fine(p.y) - fine(a.y)) -
-                               std::int64_t{b.y - a.y} * (fine(p.x) - fine(a.x));
-    ASSERT_EQ(static_cast<std::int64_t>(std::ldexp(orientation(a, b, p), 22)), exact);
+    // On the line, or off by a few units of 2^-38: far below what plain doubles tell apart.
+    const double off = std::ldexp(double(static_cast<int>(random() % 5) - 2), -38);
+    const PlanarPoint p = planar_point(a.x + t * (b.x - a.x) + off, a.y + t * (b.y - a.y));
+    const Wide exact = (b.x - a.x) * (in_units(p.y) - in_units(a.y)) -
+                       (b.y - a.y) * (in_units(p.x) - in_units(a.x));
+    const double got = orientation(a, b, p);
+    ASSERT_EQ((got > 0) - (got < 0), (exact > 0) - (exact < 0));
+    zero += exact == 0;
+    near += exact != 0 && std::abs(got) < 1e-6;
     const GridPoint c{coordinate(), coordinate()};
     ASSERT_EQ(double(orientation(a, b, c)),
               orientation(a, b, PlanarPoint{double(c.x), double(c.y)}));
     ASSERT_EQ(orientation(a, b), orientation(GridPoint{}, a, b));
   }
+  EXPECT_GT(zero, 1000);
+  EXPECT_GT(near, 1000);
+}
+
+TEST(Retriangulation, CountsTinyCoordinatesAsZero) {
+  EXPECT_EQ(planar_point(0x1p-31, -0x1p-31).x, 0);
+  EXPECT_EQ(planar_point(0x1p-31, -0x1p-31).y, 0);
+  EXPECT_EQ(planar_point(0x1p-30, 1).x, 0x1p-30);
 }
 
 }  // namespace

@@ -24,7 +24,7 @@ Weights normalized(double w0, double w1, double w2) {
 }
 
 PlanarPoint blend(double b1, GridPoint p1, double b2, GridPoint p2) {
-  return {snap_to_fine_grid(b1 * p1.x + b2 * p2.x), snap_to_fine_grid(b1 * p1.y + b2 * p2.y)};
+  return planar_point(b1 * p1.x + b2 * p2.x, b1 * p1.y + b2 * p2.y);
 }
 
 }  // namespace
@@ -67,8 +67,8 @@ unsigned apply_inverse(const Record& r, unsigned slot, FacePoint& point) {
   const GridPoint p1 = r.ring[r.corner(slot, 1)];
   const GridPoint p2 = r.ring[r.corner(slot, 2)];
   const double w0 = 1 - point.u - point.v;
-  const PlanarPoint p{snap_to_fine_grid(w0 * p0.x + point.u * p1.x + point.v * p2.x),
-                      snap_to_fine_grid(w0 * p0.y + point.u * p1.y + point.v * p2.y)};
+  const PlanarPoint p = planar_point(w0 * p0.x + point.u * p1.x + point.v * p2.x,
+                                     w0 * p0.y + point.u * p1.y + point.v * p2.y);
   unsigned best = 0;
   double best_least = 0;
   std::array<double, 3> best_sign{};

@@ -22,7 +22,7 @@ struct FacePoint {
 ///
 /// Each record tells, for each face that it touches, which record touches that face next
 /// (previously), so a point steps from record to record in constant time. A step computes the point
-/// in the plane of the star, rounds it to the fine grid and chooses the target triangle by exact
+/// in the plane of the star and chooses the target triangle by exact
 /// signs (tie: lowest slot); should rounding have put the point outside the ring, the triangle with
 /// the largest least sign takes it and its weights are clamped. A corner stays a corner exactly.
 /// Source: [MAPS98] section 3.2; differs: records are kept instead of vertex images, which makes

@@ -2,6 +2,13 @@
 
 namespace remaps {
 
+double orientation_near_zero(GridPoint a, GridPoint b, PlanarPoint p) {
+  __extension__ using Quad = __float128;
+  const Quad x = p.x;
+  const Quad y = p.y;
+  return static_cast<double>((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x));
+}
+
 bool RetriangulationLog::assign(std::vector<std::uint32_t> words) {
   clear();
   words_ = std::move(words);

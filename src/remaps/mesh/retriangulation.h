@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,22 +28,21 @@ struct GridPoint {
   friend bool operator==(const GridPoint&, const GridPoint&) = default;
 };
 
-/// Ring coordinates fit in 14 bits and a sign; points inside a star are multiples of 2^-22. With
-/// both, the sign of every orientation below is exact in doubles: 15 + 37 bits a product, 53 with
-/// the sum.
+/// Ring coordinates are integers of 14 bits and a sign.
 inline constexpr int kGridRadius = 16383;
 inline constexpr unsigned kMaxStarFaces = 14;
 inline constexpr unsigned kMaxRing = kMaxStarFaces + 1;
 
-/// A point in the plane of a star, on the fine grid.
+/// A point in the plane of a star, made by `planar_point`.
 struct PlanarPoint {
   double x = 0, y = 0;
 };
 
-/// Rounds to the fine grid (multiples of 2^-22, half to even). Exact for |value| < 2^15.
-inline double snap_to_fine_grid(double value) {
-  constexpr double kMagic = 1.5 * 1073741824.0;  // 1.5 * 2^(52 - 22)
-  return (value + kMagic) - kMagic;
+/// Coordinates below 2^-30 count as 0 (1e-13 of a star's radius): so all are multiples of 2^-82,
+/// and no orientation below needs more than 113 bits.
+inline PlanarPoint planar_point(double x, double y) {
+  constexpr double kLeast = 0x1p-30;
+  return {std::fabs(x) < kLeast ? 0 : x, std::fabs(y) < kLeast ? 0 : y};
 }
 
 /// Twice the signed area of (a, b, c); exact.
@@ -53,9 +53,14 @@ inline std::int32_t orientation(GridPoint a, GridPoint b, GridPoint c) {
 inline std::int32_t orientation(GridPoint a, GridPoint b) {
   return a.x * b.y - a.y * b.x;
 }
-/// Twice the signed area of (a, b, p); exact for p on the fine grid.
+/// `orientation` of nearly collinear points, in 113 bits and so without any rounding before the
+/// last.
+double orientation_near_zero(GridPoint a, GridPoint b, PlanarPoint p);
+/// Twice the signed area of (a, b, p): the sign, 0 included, is exact. Differences and products of
+/// the doubles err by less than 3 * 2^-22; only results as small as that are computed again.
 inline double orientation(GridPoint a, GridPoint b, PlanarPoint p) {
-  return double(b.x - a.x) * (p.y - a.y) - double(b.y - a.y) * (p.x - a.x);
+  const double area = double(b.x - a.x) * (p.y - a.y) - double(b.y - a.y) * (p.x - a.x);
+  return std::fabs(area) > 0x1p-20 ? area : orientation_near_zero(a, b, p);
 }
 
 /// The numbering that all forms of a record share; see the head of this file.

@@ -24,6 +24,10 @@ constexpr double kKeep = 0.1;
 /// (docs/design/sweeps.md).
 constexpr double kLeftToLastSweep = 30;
 
+/// Levels with more vertices for each of the base are ranked by estimate
+/// (docs/design/removal-order.md).
+constexpr std::uint64_t kDraftAbove = 1000;
+
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
@@ -116,6 +120,7 @@ class Parameterizer {
       simplify::SweepOptions options;
       options.keep = keep;
       options.base_vertices = job_.base_vertices;
+      options.draft = level->vertices() > kDraftAbove * job_.base_vertices;
       options.diagonal = ingested_.diagonal;
       options.threads = plan_.sweep_threads;
       options.input_name = job_.input.string();

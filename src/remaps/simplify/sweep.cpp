@@ -152,7 +152,7 @@ class Sweep {
         output_.next == nullptr
             ? static_cast<std::size_t>(options_.base_vertices)
             : locked + static_cast<std::size_t>(std::ceil(double(alive - locked) * options_.keep));
-    simplify.draft = output_.next != nullptr;
+    simplify.draft = options_.draft && output_.next != nullptr;
     if (output_.next == nullptr) simplify.thorough_below = kThorough * simplify.target_vertices;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {

@@ -17,6 +17,7 @@ struct SweepOptions {
   double keep =
       0.1;  ///< fraction of each segment's free vertices to keep; not used by the last sweep
   std::uint64_t base_vertices = 200;  ///< where the last sweep stops
+  bool draft = false;                 ///< rank removals by estimate; never in the last sweep
   double diagonal = 1;                ///< of the input's bounding box
   unsigned threads = 1;
   std::string input_name;        ///< for messages about the surface
