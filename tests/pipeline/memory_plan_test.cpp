@@ -35,6 +35,23 @@ TEST(MemoryPlan, SharesOutNoMoreThanThereIs) {
   }
 }
 
+TEST(MemoryPlan, CutsAlikeForAnyNumberOfThreads) {
+  // Where the surface is cut decides the bytes of the result; threads must not.
+  for (const std::uint64_t mib : {24u, 64u, 256u, 4096u}) {
+    for (const std::uint64_t domain_buffer : {0u, 2000u, 50'000u}) {
+      const MemoryPlan one = plan_memory(mib * kMiB, 1, domain_buffer, 0);
+      EXPECT_EQ(one.sweep_threads, 1u);
+      for (const unsigned threads : {2u, 3u, 8u, 64u}) {
+        const MemoryPlan plan = plan_memory(mib * kMiB, threads, domain_buffer, 0);
+        EXPECT_EQ(plan.domain_buffer, one.domain_buffer) << mib << " MiB, " << threads;
+        EXPECT_EQ(plan.segment_faces, one.segment_faces) << mib << " MiB, " << threads;
+        EXPECT_GE(plan.sweep_threads, 1u);
+        EXPECT_LE(plan.sweep_threads, threads);
+      }
+    }
+  }
+}
+
 TEST(MemoryPlan, TakesTheBuffersThatTheUserStates) {
   const MemoryPlan plan = plan_memory(256 * kMiB, 2, 400'000, 10'000);
   EXPECT_EQ(plan.domain_buffer, 400'000u);
