@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "measure/test_surfaces.h"
-#include "remaps/mesh/closest_point_tree.h"
 #include "remaps/measure/surface_error.h"
+#include "remaps/mesh/closest_point_tree.h"
 
 namespace remaps {
 namespace {

@@ -63,7 +63,8 @@ void remove(Patch& patch, LocalIndex v, unsigned apex) {
                                  star.ring[(apex + 2 + j) % n]};
     ASSERT_EQ(patch.face(face_of(star.corner[j])), expected);
   }
-  for (unsigned i = n - 2; i < star.wedges; ++i) ASSERT_FALSE(patch.face_alive(face_of(star.corner[i])));
+  for (unsigned i = n - 2; i < star.wedges; ++i)
+    ASSERT_FALSE(patch.face_alive(face_of(star.corner[i])));
   ASSERT_FALSE(patch.vertex_alive(v));
 }
 

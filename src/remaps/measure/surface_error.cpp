@@ -10,9 +10,9 @@
 
 #include "remaps/base/errors.h"
 #include "remaps/base/workers.h"
+#include "remaps/measure/surface_sampler.h"
 #include "remaps/mesh/closest_point_tree.h"
 #include "remaps/mesh/point_triangle.h"
-#include "remaps/measure/surface_sampler.h"
 
 namespace remaps {
 namespace {
