@@ -139,7 +139,7 @@ class Segment:
 
 
 def step(record, face, weights):
-    """docs/formats/log.md, "Following a record forward", without the rounding to the fine grid."""
+    """docs/formats/log.md, "Following a record forward", with signs as the doubles have them."""
     _, n, apex, turns, faces, ring = record
     slot = faces.index(face)
     b1, b2 = weights[(turns[slot] + 1) % 3], weights[(turns[slot] + 2) % 3]

@@ -144,7 +144,7 @@ TEST(Retriangulation, NumbersTheCornersOfTheFan) {
 }
 
 TEST(Retriangulation, GivesExactSignsHoweverNearTheLine) {
-  // Against 128-bit integers: coordinates in units of 2^-82, cut down to what fits.
+  // Against 128-bit integers, coordinates in units of 2^-40.
   std::mt19937_64 random(4);
   const auto coordinate = [&] { return static_cast<std::int16_t>(random() % 32767 - 16383); };
   __extension__ using Wide = __int128;
