@@ -6,65 +6,86 @@ namespace remaps {
 
 ManifoldDefect Patch::build(std::size_t vertices, std::size_t own,
                             std::span<const LocalTriangle> triangles) {
-  vertex_.resize(triangles.size());
+  face_.resize(triangles.size());
   for (std::size_t f = 0; f < triangles.size(); ++f) {
     const LocalTriangle& t = triangles[f];
-    vertex_[f] = {t[0], t[1], t[2], kNoIndex};
+    face_[f] = {{t[0], t[1], t[2], kNoIndex}, {kNoIndex, kNoIndex, kNoIndex, kNoIndex}};
   }
-  opposite_.assign(triangles.size(), {kNoIndex, kNoIndex, kNoIndex, kNoIndex});
   first_corner_.assign(vertices, kNoIndex);
   valence_.assign(vertices, 0);
   boundary_.assign(vertices, 0);
-  const ManifoldDefect defect = connect(triangles);
-  return defect.kind != ManifoldDefect::Kind::kNone ? defect : check_vertices(own);
-}
-
-/// Pairs the half-edges: those leaving each vertex are listed (counting sort), then each looks for
-/// its twin among those that leave its head.
-ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
-  bucket_start_.assign(first_corner_.size() + 1, 0);
   for (const LocalTriangle& t : triangles) {
     if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
       return {ManifoldDefect::Kind::kDegenerateFace, t[0], t[1] == t[0] ? t[2] : t[1]};
     }
-    for (const LocalIndex v : t) ++bucket_start_[v + 1];
   }
-  for (std::size_t v = 1; v < bucket_start_.size(); ++v) bucket_start_[v] += bucket_start_[v - 1];
-  bucket_.resize(3 * triangles.size());
-  for (LocalIndex c = 0; c < corner_of(static_cast<LocalIndex>(vertex_.size()), 0);
-       c = after_corner(c)) {
-    bucket_[bucket_start_[corner_vertex(c)]++] = c;
-  }
-  for (std::size_t v = bucket_start_.size() - 1; v > 0; --v)
-    bucket_start_[v] = bucket_start_[v - 1];
-  bucket_start_[0] = 0;
+  list_half_edges(triangles);
+  if (!pair_half_edges()) return find_defect();
+  const ManifoldDefect defect = check_vertices(own);
+  if (defect.kind == ManifoldDefect::Kind::kNone) return defect;
+  // Faces oriented against each other have no twins, so they look like fans that touch: an edge
+  // says more.
+  const ManifoldDefect at_edge = find_defect();
+  return at_edge.kind != ManifoldDefect::Kind::kNone ? at_edge : defect;
+}
 
-  // Corner c stands for the half-edge next(c) -> previous(c) opposite to it.
-  for (LocalIndex c = 0; c < corner_of(static_cast<LocalIndex>(vertex_.size()), 0);
-       c = after_corner(c)) {
+/// Lists the half-edges that leave each vertex, by counting sort.
+void Patch::list_half_edges(std::span<const LocalTriangle> triangles) {
+  leaving_start_.assign(first_corner_.size() + 1, 0);
+  for (const LocalTriangle& t : triangles) {
+    for (const LocalIndex v : t) ++leaving_start_[v];
+  }
+  std::uint32_t end = 0;
+  for (std::uint32_t& start : leaving_start_) {
+    end += start;
+    start = end;
+  }
+  leaving_.resize(3 * triangles.size());
+  for (LocalIndex f = static_cast<LocalIndex>(triangles.size()); f-- > 0;) {
+    const LocalTriangle& t = triangles[f];
+    leaving_[--leaving_start_[t[2]]] = {t[0], corner_of(f, 1)};
+    leaving_[--leaving_start_[t[1]]] = {t[2], corner_of(f, 0)};
+    leaving_[--leaving_start_[t[0]]] = {t[1], corner_of(f, 2)};
+  }
+}
+
+/// Joins each half-edge with the one that runs back.
+/// @return  false when a half-edge finds its twin taken: more than two faces at an edge
+bool Patch::pair_half_edges() {
+  for (LocalIndex tail = 0; tail < first_corner_.size(); ++tail) {
+    for (auto i = leaving_start_[tail]; i < leaving_start_[tail + 1]; ++i) {
+      const auto [head, corner] = leaving_[i];
+      if (head < tail) continue;
+      LocalIndex twin = kNoIndex;
+      for (auto k = leaving_start_[head]; k < leaving_start_[head + 1]; ++k) {
+        if (leaving_[k].head != tail) continue;
+        if (twin != kNoIndex) return false;
+        twin = leaving_[k].corner;
+      }
+      if (twin == kNoIndex) continue;
+      if (opposite(twin) != kNoIndex) return false;
+      link(corner, twin);
+    }
+  }
+  return true;
+}
+
+/// The first edge, by face, that has more than two faces or two that are oriented alike.
+ManifoldDefect Patch::find_defect() const {
+  const auto count = [&](LocalIndex tail, LocalIndex head) {
+    unsigned n = 0;
+    for (auto i = leaving_start_[tail]; i < leaving_start_[tail + 1]; ++i)
+      n += leaving_[i].head == head;
+    return n;
+  };
+  const auto end = corner_of(static_cast<LocalIndex>(face_.size()), 0);
+  for (LocalIndex c = 0; c < end; c = after_corner(c)) {
     const LocalIndex tail = corner_vertex(next_corner(c));
     const LocalIndex head = corner_vertex(previous_corner(c));
-    LocalIndex twin = kNoIndex;
-    unsigned same = 0;
-    unsigned twins = 0;
-    const bool from_tail = bucket_start_[tail + 1] - bucket_start_[tail] <
-                           bucket_start_[head + 1] - bucket_start_[head];
-    const LocalIndex hub = from_tail ? tail : head;
-    for (auto i = bucket_start_[hub]; i < bucket_start_[hub + 1]; ++i) {
-      const LocalIndex at = bucket_[i];
-      const LocalIndex after = corner_vertex(next_corner(at));
-      const LocalIndex before = corner_vertex(previous_corner(at));
-      const LocalIndex other = from_tail ? head : tail;
-      if (after == other) {  // half-edge hub -> other
-        from_tail ? ++same : (++twins, twin = previous_corner(at));
-      }
-      if (before == other) {  // half-edge other -> hub
-        from_tail ? (++twins, twin = next_corner(at)) : ++same;
-      }
-    }
+    const unsigned same = count(tail, head);
+    const unsigned twins = count(head, tail);
     if (same + twins > 2) return {ManifoldDefect::Kind::kEdgeFaces, tail, head};
     if (same > 1) return {ManifoldDefect::Kind::kOrientation, tail, head};
-    if (twins == 1) opposite_[face_of(c)][slot_of(c)] = twin;
   }
   return {};
 }
@@ -73,9 +94,10 @@ ManifoldDefect Patch::connect(std::span<const LocalTriangle> triangles) {
 /// its first fan holds is no manifold vertex.
 ManifoldDefect Patch::check_vertices(std::size_t own) {
   for (LocalIndex v = 0; v < first_corner_.size(); ++v) {
-    const std::uint32_t faces = bucket_start_[v + 1] - bucket_start_[v];
+    const std::uint32_t faces = leaving_start_[v + 1] - leaving_start_[v];
     if (faces == 0) continue;
-    first_corner_[v] = clockwise_most(bucket_[bucket_start_[v]]);
+    // The corner at the tail of a half-edge follows the one opposite to it.
+    first_corner_[v] = clockwise_most(next_corner(leaving_[leaving_start_[v]].corner));
     std::uint32_t count = 0;
     LocalIndex c = first_corner_[v];
     while (true) {
@@ -154,8 +176,8 @@ bool Patch::fan_keeps_topology(const Star& star, unsigned apex) const {
 }
 
 void Patch::link(LocalIndex a, LocalIndex b) {
-  if (a != kNoIndex) opposite_[face_of(a)][slot_of(a)] = b;
-  if (b != kNoIndex) opposite_[face_of(b)][slot_of(b)] = a;
+  if (a != kNoIndex) face_[face_of(a)].opposite[slot_of(a)] = b;
+  if (b != kNoIndex) face_[face_of(b)].opposite[slot_of(b)] = a;
 }
 
 void Patch::retriangulate(LocalIndex v, const Star& star, unsigned apex) {
@@ -168,25 +190,25 @@ void Patch::retriangulate(LocalIndex v, const Star& star, unsigned apex) {
 
   for (unsigned j = 0; j < triangles; ++j) {
     const LocalIndex f = face_of(star.corner[j]);
-    vertex_[f] = {star.ring[apex], star.ring[wrap(apex + 1 + j)], star.ring[wrap(apex + 2 + j)],
-                  kNoIndex};
+    face_[f] = {
+        {star.ring[apex], star.ring[wrap(apex + 1 + j)], star.ring[wrap(apex + 2 + j)], kNoIndex},
+        {kNoIndex, kNoIndex, kNoIndex, kNoIndex}};
   }
   for (unsigned j = 0; j < triangles; ++j) {
     const LocalIndex f = face_of(star.corner[j]);
-    opposite_[f] = {kNoIndex, kNoIndex, kNoIndex, kNoIndex};
     link(corner_of(f, 0), outer[wrap(apex + 1 + j)]);
     if (j > 0) link(corner_of(f, 2), corner_of(face_of(star.corner[j - 1]), 1));
   }
   link(corner_of(face_of(star.corner[0]), 2), outer[apex]);
   link(corner_of(face_of(star.corner[triangles - 1]), 1), outer[wrap(apex + n - 1)]);
   for (unsigned i = triangles; i < star.wedges; ++i) {
-    vertex_[face_of(star.corner[i])].fill(kNoIndex);
-    opposite_[face_of(star.corner[i])].fill(kNoIndex);
+    face_[face_of(star.corner[i])].vertex.fill(kNoIndex);
+    face_[face_of(star.corner[i])].opposite.fill(kNoIndex);
   }
 
   for (unsigned j = 0; j < triangles; ++j) {
     const LocalIndex f = face_of(star.corner[j]);
-    for (LocalIndex i = 0; i < 3; ++i) first_corner_[vertex_[f][i]] = corner_of(f, i);
+    for (LocalIndex i = 0; i < 3; ++i) first_corner_[face_[f].vertex[i]] = corner_of(f, i);
   }
   for (unsigned i = 0; i < n; ++i) {
     const LocalIndex x = star.ring[i];
