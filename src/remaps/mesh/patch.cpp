@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "remaps/base/simd.h"
+
 namespace remaps {
 
 ManifoldDefect Patch::build(std::size_t vertices, std::size_t own,
@@ -145,6 +147,7 @@ bool Patch::star(LocalIndex v, Star& out) const {
     if (c == first) break;
   }
   out.wedges = i;
+  for (unsigned end = out.ring_size(); end % kLanes != 0; ++end) out.ring[end] = kNoIndex;
   return true;
 }
 
@@ -164,15 +167,14 @@ bool Patch::fan_keeps_topology(const Star& star, unsigned apex) const {
     const LocalIndex across = opposite(star.corner[0]);
     if (across != kNoIndex && corner_vertex(across) == star.ring[2]) return false;
   }
-  const unsigned before = apex == 0 ? n - 1 : apex - 1;
-  const unsigned after = apex + 1 == n ? 0 : apex + 1;
-  bool free = true;
+  // Of the ring, the apex may have edges only to the points before and after it.
+  Int4 count = all4(0);
   for_each_neighbour(star.ring[apex], [&](LocalIndex x) {
-    for (unsigned i = 0; i < n; ++i) {
-      if (star.ring[i] == x && i != before && i != after) free = false;
-    }
+    const Int4 wanted = all4(static_cast<std::int32_t>(x));
+    for (unsigned i = 0; i < n; i += kLanes) count -= load4(&star.ring[i]) == wanted;
   });
-  return free;
+  const bool at_end = star.boundary && (apex == 0 || apex + 1 == n);
+  return count[0] + count[1] + count[2] + count[3] == (at_end ? 1 : 2);
 }
 
 void Patch::link(LocalIndex a, LocalIndex b) {

@@ -42,7 +42,8 @@ struct Star {
   unsigned wedges = 0;
   bool boundary = false;
   std::array<LocalIndex, kMaxStarFaces> corner{};
-  std::array<LocalIndex, kMaxRing> ring{};
+  /// Filled up to a multiple of 4 with kNoIndex.
+  alignas(16) std::array<LocalIndex, kMaxRing + 1> ring{};
 
   unsigned ring_size() const { return wedges + (boundary ? 1u : 0u); }
 };

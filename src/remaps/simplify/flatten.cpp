@@ -1,6 +1,7 @@
 #include "remaps/simplify/flatten.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -9,7 +10,8 @@
 namespace remaps::simplify {
 namespace {
 
-constexpr double kLeastSquare = 1e-300;  // normal numbers only
+/// Edges below this fraction of the ring's size count as zero: squared, 1e-24.
+constexpr float kLeastSquare = 1e-24f;
 
 double squared_distance(GridPoint a, GridPoint b) {
   const double x = b.x - a.x;
@@ -17,8 +19,65 @@ double squared_distance(GridPoint a, GridPoint b) {
   return x * x + y * y;
 }
 
-std::int16_t to_grid(double value) {
-  return static_cast<std::int16_t>(std::lrint(value));
+/// Polar coordinates of the ring, before the power.
+struct Polar {
+  alignas(16) RingFloats log_radius, angle;
+  float log_mean = 0;
+  float total = 0;  // angle
+};
+
+/// The power of two that brings the largest coordinate to [1, 2), or 0 if there is none.
+float unit_scale(const RingOffsets& ring) {
+  Float4 largest = all4(0.0f);
+  for (unsigned i = 0; i < ring.size; i += kLanes) {
+    largest = max4(largest, max4(abs4(load4(&ring.x[i])),
+                                 max4(abs4(load4(&ring.y[i])), abs4(load4(&ring.z[i])))));
+  }
+  const std::uint32_t exponent = std::bit_cast<std::uint32_t>(largest_lane(largest)) >> 23;
+  if (exponent == 0 || exponent > 253) return 0;
+  return std::bit_cast<float>((254 - exponent) << 23);
+}
+
+bool find_polar(const RingOffsets& ring, unsigned wedges, Polar& out) {
+  const float scale = unit_scale(ring);
+  if (scale == 0) return false;
+  alignas(16) RingFloats wedge_angle;
+  Float4 least = all4(1.0f);
+  for (unsigned i = 0; i < ring.size; i += kLanes) {
+    const Float4 ax = scale * load4(&ring.x[i]);
+    const Float4 ay = scale * load4(&ring.y[i]);
+    const Float4 az = scale * load4(&ring.z[i]);
+    const Float4 bx = scale * load4(&ring.x[i + 1]);
+    const Float4 by = scale * load4(&ring.y[i + 1]);
+    const Float4 bz = scale * load4(&ring.z[i + 1]);
+    const Float4 squared = ax * ax + ay * ay + az * az;
+    least = min4(squared, least);
+    store4(&out.log_radius[i], 0.5f * fast_log2(squared));
+    const Float4 cx = ay * bz - az * by;
+    const Float4 cy = az * bx - ax * bz;
+    const Float4 cz = ax * by - ay * bx;
+    store4(&wedge_angle[i],
+           fast_angle(ax * bx + ay * by + az * bz, sqrt4(cx * cx + cy * cy + cz * cz)));
+  }
+  if (!(least_lane(least) > kLeastSquare)) return false;
+  float sum = 0;
+  for (unsigned i = 0; i < ring.size; ++i) {
+    out.angle[i] = out.total;
+    if (i < wedges) out.total += wedge_angle[i];
+    sum += out.log_radius[i];
+  }
+  out.log_mean = sum / static_cast<float>(ring.size);
+  for (unsigned i = ring.size; i % kLanes != 0; ++i) out.angle[i] = 0;
+  return out.total > 0;
+}
+
+bool wedges_have_shape(const FlatStar& star, double floor) {
+  for (unsigned i = 0; i < star.wedges; ++i) {
+    const GridPoint a = star.ring[i];
+    const GridPoint b = star.ring[i + 1 == star.ring_size() ? 0 : i + 1];
+    if (!(planar_shape({}, a, b) >= floor)) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -29,47 +88,56 @@ double planar_shape(GridPoint a, GridPoint b, GridPoint c) {
   return longest > 0 ? orientation(a, b, c) / longest : 0;
 }
 
-bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out) {
-  const auto n = static_cast<unsigned>(offsets.size());
+bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar& out) {
+  const unsigned n = ring.size;
   out.wedges = boundary ? n - 1 : n;
   out.boundary = boundary;
-  std::array<double, kMaxRing> log_radius{};
-  std::array<double, kMaxRing> angle{};
-  double log_mean = 0;
-  for (unsigned i = 0; i < n; ++i) {
-    const double squared = norm2(offsets[i]);
-    if (!(squared > kLeastSquare) || !std::isfinite(squared)) return false;
-    log_radius[i] = 0.5 * fast_log2(squared);
-    log_mean += log_radius[i] / n;
-  }
-  double total = 0;
-  for (unsigned i = 0; i < out.wedges; ++i) {
-    const Vec3& a = offsets[i];
-    const Vec3& b = offsets[i + 1 == n ? 0 : i + 1];
-    angle[i] = total;
-    total += fast_angle(dot(a, b), norm(cross(a, b)));
-  }
-  if (boundary) angle[n - 1] = total;
-  if (!(total > 0)) return false;
-
-  const double power = (boundary ? 1.0 : 2.0) * std::numbers::pi / total;
-  double largest = 0;
-  for (unsigned i = 0; i < n; ++i) largest = std::max(largest, power * (log_radius[i] - log_mean));
-  for (unsigned i = 0; i < n; ++i) {
-    const double exponent = std::max(power * (log_radius[i] - log_mean) - largest, -500.0);
-    const double radius = kGridRadius * fast_exp2(exponent);
-    const SineCosine turn = fast_sine_cosine(power * angle[i]);
-    out.ring[i] = {to_grid(radius * turn.cosine), to_grid(radius * turn.sine)};
+  Polar polar;
+  if (!find_polar(ring, out.wedges, polar)) return false;
+  const float power = static_cast<float>((boundary ? 1 : 2) * std::numbers::pi) / polar.total;
+  const auto exponent = [&](unsigned i) {
+    return power * (load4(&polar.log_radius[i]) - polar.log_mean);
+  };
+  Float4 largest = exponent(0);
+  for (unsigned i = kLanes; i < n; i += kLanes) largest = max4(largest, exponent(i));
+  const float longest = largest_lane(largest);
+  for (unsigned i = 0; i < n; i += kLanes) {
+    const Float4 radius =
+        float(kGridRadius) * fast_exp2(max4(exponent(i) - longest, all4(-100.0f)));
+    const SineCosine4 turn = fast_sine_cosine(power * load4(&polar.angle[i]));
+    const Int4 x = __builtin_convertvector(round4(radius * turn.cosine), Int4);
+    const Int4 y = __builtin_convertvector(round4(radius * turn.sine), Int4);
+    for (unsigned k = 0; k < kLanes && i + k < n; ++k) {
+      out.ring[i + k] = {static_cast<std::int16_t>(x[k]), static_cast<std::int16_t>(y[k])};
+    }
   }
   if (boundary) {
     // The two boundary edges lie on one line through the origin, exactly.
     out.ring[0].y = 0;
     out.ring[n - 1].y = 0;
   }
-  for (unsigned i = 0; i < out.wedges; ++i) {
-    if (!(planar_shape({}, out.ring[i], out.ring[i + 1 == n ? 0 : i + 1]) >= floor)) return false;
+  return wedges_have_shape(out, floor);
+}
+
+bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out) {
+  double largest = 0;
+  for (const Vec3& p : offsets) {
+    largest = std::max({largest, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
   }
-  return true;
+  bool finite = largest > 0 && std::isfinite(largest);
+  RingOffsets ring;
+  ring.size = static_cast<unsigned>(offsets.size());
+  const double scale = finite ? std::exp2(-std::ilogb(largest)) : 1;
+  for (unsigned i = 0; i < ring.size; ++i) {
+    const Vec3 p = scale * offsets[i];
+    finite = finite && std::isfinite(norm2(p));
+    ring.x[i] = static_cast<float>(p.x);
+    ring.y[i] = static_cast<float>(p.y);
+    ring.z[i] = static_cast<float>(p.z);
+  }
+  if (!finite) return false;
+  ring.close();
+  return flatten_star(ring, boundary, floor, out);
 }
 
 bool fan_is_valid(const FlatStar& star, unsigned apex, double floor) {

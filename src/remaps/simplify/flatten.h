@@ -4,9 +4,31 @@
 #include <span>
 
 #include "remaps/base/geometry.h"
+#include "remaps/base/simd.h"
 #include "remaps/mesh/retriangulation.h"
 
 namespace remaps::simplify {
+
+/// Coordinates of a ring's points, four at a time: room for a whole number of blocks of 4, and one
+/// more block, so that a point and the one after it can be loaded anywhere.
+using RingFloats = std::array<float, kMaxRing + 1 + kLanes>;
+
+/// Positions of a ring relative to its vertex, counter-clockwise. After the last comes the first
+/// again, and so on to the end of the block after the last (`close`).
+struct RingOffsets {
+  unsigned size = 0;
+  alignas(16) RingFloats x, y, z;
+
+  void close() {
+    const unsigned end = (size + kLanes) / kLanes * kLanes + 1;
+    for (unsigned i = size; i < end; ++i) {
+      x[i] = x[i - size];
+      y[i] = y[i - size];
+      z[i] = z[i - size];
+    }
+  }
+  Vec3 operator[](unsigned i) const { return {x[i], y[i], z[i]}; }
+};
 
 /// The 1-ring of a vertex in the plane, on the integer grid, the vertex at the origin.
 struct FlatStar {
@@ -23,14 +45,16 @@ double planar_shape(GridPoint a, GridPoint b, GridPoint c);
 
 /// Flattens a star by the discrete conformal map z^a, a = 2 pi / (sum of angles), pi / (sum of
 /// angles) at a boundary; radii are divided by their geometric mean before the power, then the ring
-/// is scaled to the grid and rounded.
+/// is scaled to the grid and rounded. The ring is computed in floats: what is decided afterwards is
+/// decided on the rounded points.
 ///
-/// @param offsets  (n) ring positions relative to the vertex, counter-clockwise; n = wedges, + 1 at
-/// a boundary
-/// @param floor    least planar_shape of every wedge
+/// @param ring   closed; n = wedges points, + 1 at a boundary
+/// @param floor  least planar_shape of every wedge; at least 1e-6
 /// @return  false when a wedge misses the floor after rounding, or a length is zero or not finite
 /// Source: [MAPS98] section 3.1; Floater's shape-preserving weights and others give the same star
 /// to first order.
+bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar& out);
+/// The same for offsets of any unit.
 bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out);
 
 /// True when every triangle of the fan about ring[apex] has at least the shape `floor`.

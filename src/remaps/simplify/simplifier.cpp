@@ -9,11 +9,6 @@
 namespace remaps::simplify {
 namespace {
 
-// The cost of a removal is quadric^0.3 * (growth of the load)^0.7 * shape^-0.25; queues hold its
-// logarithm.
-constexpr double kQuadricExponent = 0.3;
-constexpr double kLoadExponent = 0.7;
-constexpr double kShapeExponent = -0.25;
 constexpr unsigned kFansTried = 3;  // those of least quadric error get their load computed
 
 }  // namespace
@@ -70,20 +65,14 @@ double Simplifier::fan_shape(unsigned apex) const {
   return std::sqrt(4.0 / 3 * std::max(least, 0.0));
 }
 
-double Simplifier::fan_cost(LocalIndex v, unsigned apex, Care care) {
+double Simplifier::fan_cost(LocalIndex v, unsigned apex) {
   const double quadric = segment_->quadric[v](offset_[apex]);
-  double growth = 0;
-  if (care == Care::kDraft) {
-    const double fewer = double(star_.wedges) / double(star_.ring_size() - 2);
-    growth = star_load_ * (fewer * fewer - 1);
-  } else {
-    growth = carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_) - star_load_;
-    growth = std::max(growth, 1e-3 * star_load_);
-  }
+  const double carried = carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_);
+  const double growth = std::max(carried - star_load_, 1e-3 * star_load_);
   constexpr double kLeast = 1e-300;
   return kQuadricExponent * fast_log2(quadric + 1e-6 * star_load_ + kLeast) +
          kLoadExponent * fast_log2(growth + kLeast) +
-         kShapeExponent * fast_log2(std::max(fan_shape(apex), 0.02));
+         kShapeExponent * fast_log2(std::max(fan_shape(apex), kLeastShape));
 }
 
 /// Orders the ring by quadric error as apex. At a boundary only its two ends keep it in place.
@@ -112,18 +101,17 @@ unsigned Simplifier::rank_fans(LocalIndex v, std::array<unsigned, kMaxRing>& ord
 
 Simplifier::Candidate Simplifier::evaluate(LocalIndex v, Care care) {
   Candidate best;
-  if (!load_star(v) || (care != Care::kDraft && !flatten())) return best;
+  if (!load_star(v) || !flatten()) return best;
   std::array<unsigned, kMaxRing> order;
   const unsigned fans = rank_fans(v, order);
-  const unsigned most = care == Care::kDraft ? 1 : care == Care::kCareful ? kFansTried : kMaxRing;
+  const unsigned most = care == Care::kCareful ? kFansTried : kMaxRing;
   unsigned tried = 0;
   for (unsigned i = 0; i < fans && tried < most; ++i) {
     const unsigned apex = order[i];
-    if (!fan_fits(apex)) continue;
-    if (care != Care::kDraft && !fan_is_valid(flat_, apex, options_->fan_floor)) continue;
+    if (!fan_fits(apex) || !fan_is_valid(flat_, apex, options_->fan_floor)) continue;
     if (!patch_->fan_keeps_topology(star_, apex)) continue;
     ++tried;
-    const auto cost = static_cast<float>(fan_cost(v, apex, care));
+    const auto cost = static_cast<float>(fan_cost(v, apex));
     if (!best.valid || cost < best.cost) best = {true, apex, cost};
   }
   return best;
@@ -142,15 +130,7 @@ void Simplifier::refresh(LocalIndex v, Care care) {
 
 void Simplifier::remove(LocalIndex v, unsigned apex, RetriangulationLog& log) {
   const unsigned n = star_.ring_size();
-  Retriangulation record;
-  record.wedges = static_cast<std::uint8_t>(star_.wedges);
-  record.boundary = star_.boundary;
-  record.apex = static_cast<std::uint8_t>(apex);
-  for (unsigned i = 0; i < star_.wedges; ++i) {
-    record.face[i] = face_of(star_.corner[i]);
-    record.turn[i] = static_cast<std::uint8_t>(slot_of(star_.corner[i]));
-  }
-  record.ring = flat_.ring;
+  const Retriangulation record = make_record(star_, flat_, apex);
   log.append(record);
 
   carry_loads(flat_, apex, {wedge_load_.data(), star_.wedges}, fan_load_);
@@ -190,7 +170,6 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
   stale_.assign(segment.own_vertices, 0);
   apex_.assign(segment.own_vertices, 0);
   const auto care_with = [&](std::size_t vertices) {
-    if (options.draft) return Care::kDraft;
     return vertices < options.thorough_below ? Care::kThorough : Care::kCareful;
   };
   std::size_t left = alive;
@@ -210,7 +189,7 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
                       fan_is_valid(flat_, apex, options.fan_floor) &&
                       patch.fan_keeps_topology(star_, apex);
     if (!good) {
-      refresh(v, std::max(care_, Care::kCareful));
+      refresh(v, care_);
       continue;
     }
     remove(v, apex, log);

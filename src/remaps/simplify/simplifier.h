@@ -5,22 +5,10 @@
 #include "remaps/mesh/patch.h"
 #include "remaps/mesh/retriangulation.h"
 #include "remaps/mesh/segment.h"
-#include "remaps/simplify/flatten.h"
+#include "remaps/simplify/removal.h"
 #include "remaps/simplify/removal_queue.h"
 
 namespace remaps::simplify {
-
-struct SimplifyOptions {
-  std::size_t target_vertices = 0;  ///< stop when so many own vertices are left
-  double wedge_floor = 0.0005;      ///< least planar_shape of a wedge of a flattened star
-  double fan_floor = 0.002;         ///< least planar_shape of a new planar triangle
-  unsigned max_valence = 12;        ///< of any vertex after a removal (larger ones may shrink)
-  /// Rank removals without flattening: the load's growth is estimated from the number of triangles.
-  /// Several times faster; for sweeps that do not end at the base.
-  bool draft = false;
-  /// With fewer vertices left every fan of every star is tried at once.
-  std::size_t thorough_below = 0;
-};
 
 /// Simplifies one segment at a time by vertex removal and writes the log. Keeps its buffers from
 /// one to the next.
@@ -45,14 +33,14 @@ class Simplifier {
     float cost = 0;
   };
 
-  enum class Care { kDraft, kCareful, kThorough };
+  enum class Care { kCareful, kThorough };
 
   bool load_star(LocalIndex v);
   bool flatten();
   Candidate evaluate(LocalIndex v, Care care);
   unsigned rank_fans(LocalIndex v, std::array<unsigned, kMaxRing>& order) const;
   bool fan_fits(unsigned apex) const;
-  double fan_cost(LocalIndex v, unsigned apex, Care care);
+  double fan_cost(LocalIndex v, unsigned apex);
   double fan_shape(unsigned apex) const;
   void refresh(LocalIndex v, Care care);
   void update_ring(float cost);

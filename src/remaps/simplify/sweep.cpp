@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "remaps/base/workers.h"
+#include "remaps/simplify/draft_simplifier.h"
 #include "remaps/simplify/sampling_load.h"
 #include "remaps/simplify/simplifier.h"
 
@@ -22,6 +23,7 @@ struct Lane {
   Segment segment;
   Patch patch;
   Simplifier simplifier;
+  DraftSimplifier draft_simplifier;
   SegmentLog log;
   std::vector<LocalIndex> removed;
 };
@@ -152,7 +154,11 @@ class Sweep {
         output_.next == nullptr
             ? static_cast<std::size_t>(options_.base_vertices)
             : locked + static_cast<std::size_t>(std::ceil(double(alive - locked) * options_.keep));
-    simplify.draft = options_.draft && output_.next != nullptr;
+    if (options_.draft && output_.next != nullptr) {
+      lane.draft_simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
+      for (const LocalIndex v : lane.removed) lane.log.removed.push_back(s.vertex_id[v]);
+      return;
+    }
     if (output_.next == nullptr) simplify.thorough_below = kThorough * simplify.target_vertices;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {
