@@ -32,14 +32,14 @@ TEST(FastMath, FourLogarithmsAreGoodToAMillionth) {
   }
 }
 
-TEST(FastMath, FourPowersOfTwoAreGoodToAMillionth) {
+TEST(FastMath, FourPowersOfTwoAreGoodToFiveMillionths) {
   std::mt19937_64 random(2);
   std::uniform_real_distribution<float> exponent(-100, 100);
   for (int i = 0; i < 100'000; ++i) {
     const float x = exponent(random);
     const Float4 value = fast_exp2(Float4{x, -x, 0, 1});
-    ASSERT_NEAR(value[0] / std::exp2(double(x)), 1, 3e-6) << x;
-    ASSERT_NEAR(value[1] / std::exp2(-double(x)), 1, 3e-6) << x;
+    ASSERT_NEAR(value[0] / std::exp2(double(x)), 1, 5e-6) << x;
+    ASSERT_NEAR(value[1] / std::exp2(-double(x)), 1, 5e-6) << x;
     ASSERT_EQ(value[2], 1);
     ASSERT_EQ(value[3], 2);
   }

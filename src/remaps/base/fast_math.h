@@ -39,7 +39,7 @@ inline Float4 fast_log2(Float4 x) {
          s * (2.885390082f + s2 * (0.961796694f + s2 * (0.577078016f + s2 * 0.412198583f)));
 }
 
-/// 2^x for |x| < 120. Relative error below 1e-6.
+/// 2^x for |x| < 120. Relative error below 5e-6.
 inline Float4 fast_exp2(Float4 x) {
   const Float4 whole = round4(x);
   const Float4 f = (x - whole) * 0.693147181f;

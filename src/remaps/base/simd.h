@@ -3,6 +3,9 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 /// Four numbers at a time, for the small loops around a star: compiler vectors, which every machine
 /// has, not intrinsics. Lane by lane the same arithmetic as plain code, so results are the same
@@ -64,6 +67,42 @@ inline Int4 lanes_from(unsigned first) {
 inline Float4 round4(Float4 x) {
   const Float4 magic = all4(0x1.8p23f);
   return (x + magic) - magic;
+}
+
+struct SignMasks {
+  unsigned positive = 0, near = 0;  // bit i for lane i
+};
+
+/// Signs of (x - ax) * dy - (y - ay) * dx for four points in halves of words, x in the low half, y
+/// in the high one: above `least`, or within it.
+inline SignMasks signs_of_cross(Int4 points, double ax, double ay, double dx, double dy,
+                                double least) {
+  SignMasks masks;
+  const Int4 px = (points << 16) >> 16;
+  const Int4 py = points >> 16;
+#ifdef __SSE2__
+  const auto half = [&](__m128i x32, __m128i y32, unsigned first) {
+    const __m128d x = _mm_sub_pd(_mm_cvtepi32_pd(x32), _mm_set1_pd(ax));
+    const __m128d y = _mm_sub_pd(_mm_cvtepi32_pd(y32), _mm_set1_pd(ay));
+    const __m128d value =
+        _mm_sub_pd(_mm_mul_pd(x, _mm_set1_pd(dy)), _mm_mul_pd(y, _mm_set1_pd(dx)));
+    const __m128d size = _mm_andnot_pd(_mm_set1_pd(-0.0), value);
+    const __m128d limit = _mm_set1_pd(least);
+    masks.positive |= static_cast<unsigned>(_mm_movemask_pd(_mm_cmpgt_pd(value, limit))) << first;
+    masks.near |= static_cast<unsigned>(_mm_movemask_pd(_mm_cmple_pd(size, limit))) << first;
+  };
+  const auto x = std::bit_cast<__m128i>(px);
+  const auto y = std::bit_cast<__m128i>(py);
+  half(x, y, 0);
+  half(_mm_unpackhi_epi64(x, x), _mm_unpackhi_epi64(y, y), 2);
+#else
+  for (unsigned i = 0; i < kLanes; ++i) {
+    const double value = (px[i] - ax) * dy - (py[i] - ay) * dx;
+    masks.positive |= unsigned{value > least} << i;
+    masks.near |= unsigned{value <= least && value >= -least} << i;
+  }
+#endif
+  return masks;
 }
 
 }  // namespace remaps

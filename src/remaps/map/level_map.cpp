@@ -109,12 +109,18 @@ void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointB
     auto points = std::make_shared<std::vector<TaggedPoint>>();
     in.read(piece.segment, piece.first, piece.count, *points);
     const std::shared_ptr<const LoadedSegment> loaded = cache.get(piece.segment);
-    for (TaggedPoint& point : *points) {
+    std::vector<FacePoint> at;
+    at.reserve(points->size());
+    for (const TaggedPoint& point : *points) {
       if (point.at.face >= loaded->link.size())
         throw CorruptionError("a surface point lies on a face that does not exist");
-      loaded->map.carry({&point.at, 1});
-      if (loaded->link[point.at.face] == kDropped)
+      at.push_back(point.at);
+    }
+    loaded->map.carry(at);
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      if (loaded->link[at[k].face] == kDropped)
         throw CorruptionError("a surface point ends on a face that was dropped");
+      (*points)[k].at = at[k];
     }
     return [&, points, loaded, i] {
       for (TaggedPoint& point : *points) {
@@ -134,15 +140,13 @@ void carry_removed_vertices(const LevelMap& level, const CarryOptions& options,
   run_ordered(level.segments(), options.threads, [&](std::size_t i, unsigned) -> Commit {
     if (options.progress != nullptr) options.progress->check();
     const auto loaded = level.load(i, SegmentMap::Direction::kForward);
-    const RetriangulationLog& records = loaded->log.records;
-    auto carried = std::make_shared<std::vector<Carried>>(records.size());
-    for (std::size_t r = 0; r < records.size(); ++r) {
-      const unsigned corner = records.turn(r, 0);
-      const FacePoint start{records.face(r, 0), corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
-      FacePoint end = loaded->map.carry_from(start, static_cast<std::uint32_t>(r * 16));
-      const FaceLink link = loaded->link[end.face];
-      end.face = link.face;
-      (*carried)[r] = {link, {loaded->log.removed[r], end}};
+    std::vector<FacePoint> end(loaded->map.records());
+    loaded->map.carry_removed(end);
+    auto carried = std::make_shared<std::vector<Carried>>(end.size());
+    for (std::size_t r = 0; r < end.size(); ++r) {
+      const FaceLink link = loaded->link[end[r].face];
+      end[r].face = link.face;
+      (*carried)[r] = {link, {loaded->log.removed[r], end[r]}};
     }
     return [&, carried, i] {
       for (const Carried& c : *carried) sink(c.link, c.point);

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <string>
 
 #include "remaps/base/errors.h"
+#include "remaps/base/simd.h"
 
 namespace remaps::map {
 namespace {
@@ -25,6 +27,11 @@ Weights normalized(double w0, double w1, double w2) {
 
 PlanarPoint blend(double b1, GridPoint p1, double b2, GridPoint p2) {
   return planar_point(b1 * p1.x + b2 * p2.x, b1 * p1.y + b2 * p2.y);
+}
+
+/// Twice the area of (a, b, p), as `orientation` has it where it needs no more care.
+double cross_of(GridPoint a, GridPoint b, const PlanarPoint& p) {
+  return double(b.x - a.x) * (p.y - a.y) - double(b.y - a.y) * (p.x - a.x);
 }
 
 }  // namespace
@@ -100,44 +107,243 @@ template unsigned apply_forward(const RecordView&, unsigned, FacePoint&);
 template unsigned apply_inverse(const Retriangulation&, unsigned, FacePoint&);
 template unsigned apply_inverse(const RecordView&, unsigned, FacePoint&);
 
-void SegmentMap::build(const RetriangulationLog& log, std::size_t faces, Direction direction) {
-  log_ = &log;
-  direction_ = direction;
-  first_.assign(faces, kNoIndex);
-  next_.assign(log.words().size(), kNoIndex);
-  const auto touch = [&](std::size_t r) {
-    for (unsigned i = 0; i < log.wedges(r); ++i) {
-      std::uint32_t& latest = first_[log.face(r, i)];
-      // A record that led back to itself would be followed for ever.
-      if (latest != kNoIndex && latest / 16 == r) {
+namespace {
+
+using Direction = SegmentMap::Direction;
+
+constexpr std::uint32_t kEnd = 0x80000000u;
+constexpr unsigned kUnit = 4;  // words
+/// Points that walk at a time: enough to hide the time that memory takes.
+constexpr std::size_t kFlight = 32;
+
+struct Walker {
+  std::uint32_t link;
+  std::uint32_t index;
+  double u, v;
+};
+
+/// A record of path_.
+struct Stop {
+  const std::uint32_t* words;
+
+  unsigned wedges() const { return words[0] & 15u; }
+  unsigned apex() const { return (words[0] >> 8) & 15u; }
+  unsigned ring_size() const { return words[0] >> 16; }
+  unsigned turn(unsigned wedge) const { return (words[1] >> (2 * wedge)) & 3u; }
+  unsigned wrap(unsigned slot) const { return slot >= ring_size() ? slot - ring_size() : slot; }
+  GridPoint ring(unsigned i) const { return RecordView::Ring{words + 2}[i]; }
+  std::uint32_t link(unsigned slot) const { return words[2 + ring_size() + slot]; }
+  RecordView view() const {
+    return {{},         wedges(),   (words[0] & 16u) != 0, apex(), words + 2 + ring_size(),
+            {words[1]}, {words + 2}};
+  }
+};
+
+/// On which side of lines through `from` and each ring point p lies: bit i is for ring[i]. What is
+/// not surely on one side is `near`.
+struct Sides {
+  unsigned left = 0, near = 0;
+};
+
+Sides sides_of(const Stop& r, GridPoint from, const PlanarPoint& p) {
+  Sides sides;
+  const double dx = p.x - from.x;
+  const double dy = p.y - from.y;
+  const unsigned n = r.ring_size();
+  for (unsigned i = 0; i < n; i += kLanes) {
+    const SignMasks masks = signs_of_cross(load4(r.words + 2 + i), from.x, from.y, dx, dy, 0x1p-20);
+    sides.left |= masks.positive << i;
+    sides.near |= masks.near << i;
+  }
+  const unsigned all = (1u << n) - 1;
+  sides.left &= all;
+  sides.near &= all;
+  return sides;
+}
+
+/// One step of apply_forward for points that no exact arithmetic is needed for; the same results.
+/// @return  the slot of the new triangle, or kMaxRing when the point needs apply_forward
+unsigned step_forward(const Stop& r, unsigned slot, Walker& point) {
+  const unsigned n = r.ring_size();
+  const std::array<double, 3> weight{1 - point.u - point.v, point.u, point.v};
+  const unsigned turn = r.turn(slot);
+  const PlanarPoint p = blend(weight[turn == 2 ? 0 : turn + 1], r.ring(slot),
+                              weight[turn == 0 ? 2 : turn - 1], r.ring(r.wrap(slot + 1)));
+  const unsigned at = r.apex();
+  const GridPoint apex = r.ring(at);
+  const Sides sides = sides_of(r, apex, p);
+  // From the apex's successor on: p is in the sector whose first line it is left of, and right of
+  // its last.
+  const unsigned left =
+      ((sides.left >> (at + 1)) | (sides.left << (n - at - 1))) & ((1u << (n - 1)) - 1);
+  const unsigned sector = left & ~(left >> 1) & ((1u << (n - 2)) - 1);
+  if ((sides.near & ~(1u << at)) != 0 || sector == 0) return kMaxRing;
+  const auto j = static_cast<unsigned>(std::countr_zero(sector));
+  const GridPoint a = r.ring(r.wrap(at + 1 + j));
+  const GridPoint b = r.ring(r.wrap(at + 2 + j));
+  const double outer = cross_of(a, b, p);
+  if (!(outer > 0x1p-20)) return kMaxRing;
+  const double w1 = -cross_of(apex, b, p);
+  const double w2 = cross_of(apex, a, p);
+  const double sum = outer + w1 + w2;
+  point.u = w1 / sum;
+  point.v = w2 / sum;
+  return j;
+}
+
+/// The same for apply_inverse.
+unsigned step_inverse(const Stop& r, unsigned slot, Walker& point) {
+  const unsigned n = r.ring_size();
+  const unsigned at = r.apex();
+  const GridPoint p0 = r.ring(at);
+  const GridPoint p1 = r.ring(r.wrap(at + 1 + slot));
+  const GridPoint p2 = r.ring(r.wrap(at + 2 + slot));
+  const double w0 = 1 - point.u - point.v;
+  const PlanarPoint p = planar_point(w0 * p0.x + point.u * p1.x + point.v * p2.x,
+                                     w0 * p0.y + point.u * p1.y + point.v * p2.y);
+  const Sides sides = sides_of(r, {}, p);
+  const unsigned after = (sides.left >> 1) | (sides.left << (n - 1));
+  const unsigned sector = sides.left & ~after & ((1u << r.wedges()) - 1);
+  if (sides.near != 0 || sector == 0) return kMaxRing;
+  const auto i = static_cast<unsigned>(std::countr_zero(sector));
+  const GridPoint a = r.ring(i);
+  const GridPoint b = r.ring(r.wrap(i + 1));
+  const double outer = cross_of(a, b, p);
+  if (!(outer > 0x1p-20)) return kMaxRing;
+  const double at_b = -cross_of({}, b, p);
+  const double at_a = cross_of({}, a, p);
+  const double sum = outer + at_b + at_a;
+  const std::array<double, 3> in_wedge{outer / sum, at_b / sum, at_a / sum};
+  const unsigned turn = r.turn(i);
+  point.u = in_wedge[(4 - turn) % 3];
+  point.v = in_wedge[(5 - turn) % 3];
+  return i;
+}
+
+template <Direction direction>
+void step(const std::uint32_t* words, Walker& point) {
+  const Stop r{words};
+  const unsigned slot = point.link & 15u;
+  unsigned out = direction == Direction::kForward ? step_forward(r, slot, point)
+                                                  : step_inverse(r, slot, point);
+  if (out == kMaxRing) {
+    FacePoint exact{0, point.u, point.v};
+    out = direction == Direction::kForward ? apply_forward(r.view(), slot, exact)
+                                           : apply_inverse(r.view(), slot, exact);
+    point.u = exact.u;
+    point.v = exact.v;
+  }
+  point.link = r.link(out);
+}
+
+}  // namespace
+
+template <Direction direction>
+void SegmentMap::link(const RetriangulationLog& log, std::size_t faces) {
+  constexpr bool forward = direction == Direction::kForward;
+  std::size_t end = 0;
+  place_.resize(log.size());
+  for (std::size_t r = 0; r < log.size(); ++r) {
+    const RecordView from = log.view(r);
+    place_[r] = static_cast<std::uint32_t>(end / kUnit);
+    const unsigned links = forward ? from.triangles() : from.wedges;
+    end += (2 + from.ring_size() + links + kUnit - 1) / kUnit * kUnit;
+    if (end / kUnit >= kEnd / 16)
+      throw BudgetError("a segment has more records than can be linked");
+  }
+  path_.assign(end + kLanes, 0);  // the last ring may be loaded beyond its end
+  first_.resize(faces);
+  for (std::size_t f = 0; f < faces; ++f) first_[f] = kEnd | static_cast<std::uint32_t>(f);
+  for (std::size_t i = 0; i < log.size(); ++i) {
+    const std::size_t r = forward ? log.size() - 1 - i : i;
+    const RecordView from = log.view(r);
+    const unsigned n = from.ring_size();
+    std::uint32_t* words = path_.data() + std::size_t{place_[r]} * kUnit;
+    words[0] = from.wedges | (from.boundary ? 16u : 0u) | from.apex << 8 | n << 16;
+    words[1] = from.turn.bits;
+    std::copy_n(from.ring.words, n, words + 2);
+    // Faces that go on from here lead to what was linked before, faces that come here lead here.
+    const unsigned leaving = forward ? from.triangles() : from.wedges;
+    const unsigned coming = forward ? from.wedges : from.triangles();
+    for (unsigned k = 0; k < leaving; ++k) words[2 + n + k] = first_[from.face[k]];
+    for (unsigned k = 0; k < coming; ++k) first_[from.face[k]] = place_[r] * 16 + k;
+    for (unsigned k = 0; k < from.wedges; ++k) {
+      for (unsigned m = k + 1; m < from.wedges; ++m) {
+        if (from.face[k] != from.face[m]) continue;
         throw CorruptionError("record " + std::to_string(r) + " has face " +
-                              std::to_string(log.face(r, i)) + " in its star twice");
+                              std::to_string(from.face[k]) + " in its star twice");
       }
-      next_[log.face_offset(r) + i] = latest;
-      latest = static_cast<std::uint32_t>(r * 16 + i);
     }
-  };
-  if (direction == Direction::kForward) {
-    for (std::size_t r = log.size(); r-- > 0;) touch(r);
-  } else {
-    for (std::size_t r = 0; r < log.size(); ++r) touch(r);
   }
 }
 
-FacePoint SegmentMap::carry_from(FacePoint point, std::uint32_t link) const {
-  while (link != kNoIndex) {
-    const std::size_t r = link / 16;
-    const RecordView record = log_->view(r);
-    const unsigned slot = direction_ == Direction::kForward
-                              ? apply_forward(record, link % 16, point)
-                              : apply_inverse(record, link % 16, point);
-    link = next_[log_->face_offset(r) + slot];
+void SegmentMap::build(const RetriangulationLog& log, std::size_t faces, Direction direction) {
+  direction_ = direction;
+  direction == Direction::kForward ? link<Direction::kForward>(log, faces)
+                                   : link<Direction::kInverse>(log, faces);
+}
+
+/// Many points walk at a time, a step each in turn, so that they wait for memory together.
+/// source(walker) starts the next point and returns false when there is none; sink(walker) takes
+/// one at its end.
+template <Direction direction, class Source, class Sink>
+void SegmentMap::walk(Source&& source, Sink&& sink) const {
+  std::array<Walker, kFlight> flight;
+  std::size_t walking = 0;
+  bool more = true;
+  while (true) {
+    while (more && walking < kFlight) {
+      more = source(flight[walking]);
+      walking += more;
+    }
+    if (walking == 0) return;
+    for (std::size_t i = 0; i < walking;) {
+      Walker& walker = flight[i];
+      if (walker.link < kEnd) {
+        step<direction>(path_.data() + std::size_t{walker.link >> 4} * kUnit, walker);
+      }
+      if (walker.link < kEnd) {
+        const std::uint32_t* next = path_.data() + std::size_t{walker.link >> 4} * kUnit;
+        __builtin_prefetch(next);
+        __builtin_prefetch(next + 15);
+        ++i;
+      } else {
+        sink(walker);
+        walker = flight[--walking];
+      }
+    }
   }
-  return point;
 }
 
 void SegmentMap::carry(std::span<FacePoint> points) const {
-  for (FacePoint& point : points) point = carry_from(point, first_[point.face]);
+  std::uint32_t next = 0;
+  const auto source = [&](Walker& walker) {
+    if (next == points.size()) return false;
+    const FacePoint& point = points[next];
+    walker = {first_[point.face], next, point.u, point.v};
+    ++next;
+    return true;
+  };
+  const auto sink = [&](const Walker& walker) {
+    points[walker.index] = {walker.link & ~kEnd, walker.u, walker.v};
+  };
+  direction_ == Direction::kForward ? walk<Direction::kForward>(source, sink)
+                                    : walk<Direction::kInverse>(source, sink);
+}
+
+void SegmentMap::carry_removed(std::span<FacePoint> out) const {
+  std::uint32_t next = 0;
+  const auto source = [&](Walker& walker) {
+    if (next == place_.size()) return false;
+    const Stop r{path_.data() + std::size_t{place_[next]} * kUnit};
+    const unsigned corner = r.turn(0);
+    walker = {place_[next] * 16, next, corner == 1 ? 1.0 : 0.0, corner == 2 ? 1.0 : 0.0};
+    ++next;
+    return true;
+  };
+  walk<Direction::kForward>(source, [&](const Walker& walker) {
+    out[walker.index] = {walker.link & ~kEnd, walker.u, walker.v};
+  });
 }
 
 }  // namespace remaps::map

@@ -31,25 +31,37 @@ class SegmentMap {
  public:
   enum class Direction { kForward, kInverse };
 
-  /// Links the records of `log` for one direction. `faces` is the number of face ids in the
-  /// segment. The log must outlive the map and every id in it must be below `faces`. Cost: one pass
-  /// over the log, 4 B a wedge and a face.
+  /// Copies the records of `log` in a form to walk through, and links them for one direction.
+  /// `faces` is the number of face ids in the segment; every id in the log must be below it.
+  /// Memory: 4 B a face, some 14 words of 4 B a record. Cost: one pass over the log.
+  /// @throws CorruptionError  a record has a face in its star twice
+  /// @throws BudgetError      the log is longer than links can name (some 2^25 records)
   void build(const RetriangulationLog& log, std::size_t faces, Direction direction);
 
   /// Carries points through all records in the direction given to build, in place.
-  /// Cost: some 5 to 20 steps a point, more where more was removed.
+  /// Cost: some 5 to 20 steps a point, more where more was removed; a step takes 10 to 20 ns, since
+  /// many points walk at a time.
   void carry(std::span<FacePoint> points) const;
 
-  /// Carries one point on from a link: record * 16 + slot, or kNoIndex when no record is left.
-  FacePoint carry_from(FacePoint point, std::uint32_t link) const;
+  /// Forward only: where each removed vertex ends, from the origin of its own record.
+  /// @param out  (records)
+  void carry_removed(std::span<FacePoint> out) const;
+
+  std::size_t records() const { return place_.size(); }
 
  private:
-  // A link is record * 16 + slot. next_ has one for each wedge of each record, at the offset of its
-  // face id.
-  const RetriangulationLog* log_ = nullptr;
+  template <Direction direction>
+  void link(const RetriangulationLog& log, std::size_t faces);
+  template <Direction direction, class Source, class Sink>
+  void walk(Source&& source, Sink&& sink) const;
+
+  // A record in path_ takes a multiple of 4 words: k (bits 0-3), boundary (bit 4), apex (8-11),
+  // n (16-19) | turns | n ring points | a link for each face that it leaves. A link is 16 * place +
+  // slot with place in units of 4 words, or kEnd | face when no record is left.
+  std::vector<std::uint32_t> path_;
+  std::vector<std::uint32_t> first_;  // (faces) links
+  std::vector<std::uint32_t> place_;  // (records)
   Direction direction_ = Direction::kForward;
-  std::vector<std::uint32_t> first_;
-  std::vector<std::uint32_t> next_;
 };
 
 /// Carries a point through one record (a Retriangulation or a RecordView). Requires point.face ==
