@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "remaps/base/errors.h"
+#include "remaps/map/base_carrier.h"
 #include "support/simplified_shape.h"
 #include "support/temp_files.h"
 
@@ -151,27 +152,31 @@ TEST_F(LevelMapTest, CarriesPointsBack) {
 
 TEST_F(LevelMapTest, SendsEveryRemovedVertexOnce) {
   const store::SectionFile file(path(), kLogKind);
-  const LevelMap level(file);
-  std::vector<Sent> first;
+  const store::SectionFile* const files[] = {&file};
+  std::vector<TaggedPoint> first;
   for (const unsigned threads : {1u, 3u}) {
     CarryOptions options;
     options.threads = threads;
-    std::vector<Sent> sent;
-    carry_removed_vertices(level, options, [&](const FaceLink& link, const TaggedPoint& p) {
-      sent.push_back({link, p.tag, p.at});
-    });
-    if (first.empty()) first = sent;
-    EXPECT_EQ(sent, first);
+    std::vector<TaggedPoint> sent;
+    BaseCarrier(files, 1 << 20, budget_)
+        .carry_removed(options, [&](VertexId vertex, const FacePoint& at) {
+          sent.push_back({vertex, at});
+        });
+    if (!first.empty()) {
+      ASSERT_EQ(sent.size(), first.size());
+    }
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      ASSERT_EQ(sent[i].tag, first[i].tag);
+      ASSERT_EQ(sent[i].at, first[i].at);
+    }
+    first = sent;
   }
   std::size_t at = 0;
   for (std::size_t s = 0; s < 3; ++s) {
     const RetriangulationLog& records = log_[s].records;
-    // From the input: a vertex lies at a corner of the first face of the first record that names
-    // it, and nothing moves it before it is removed.
+    // A vertex starts as a corner of the first face of the record that removed it.
     for (std::size_t r = 0; r < records.size(); ++r, ++at) {
       ASSERT_EQ(first[at].tag, log_[s].removed[r]);
-      ASSERT_LT(first[at].link.segment, kNext);
-      ASSERT_EQ(first[at].at.face, first[at].link.face);
       ASSERT_GE(first[at].at.u, 0);
       ASSERT_GE(first[at].at.v, 0);
       ASSERT_LE(first[at].at.u + first[at].at.v, 1 + 1e-15);
@@ -215,7 +220,10 @@ TEST_F(LevelMapTest, StopsWhenCancelled) {
   fill(in, 3);
   const auto nothing = [](const FaceLink&, const TaggedPoint&) { FAIL() << "sent"; };
   EXPECT_THROW(carry_points(level, Direction::kForward, in, options, nothing), Cancelled);
-  EXPECT_THROW(carry_removed_vertices(level, options, nothing), Cancelled);
+  const store::SectionFile* const files[] = {&file};
+  BaseCarrier carrier(files, 1 << 20, budget_);
+  EXPECT_THROW(carrier.carry_removed(options, [](VertexId, const FacePoint&) { FAIL() << "sent"; }),
+               Cancelled);
 }
 
 class PointBucketsTest : public test::TempFiles {};

@@ -15,11 +15,6 @@ struct Piece {
   bool last_of_segment;
 };
 
-struct Carried {
-  FaceLink link;
-  TaggedPoint point;
-};
-
 constexpr FaceLink kDropped{kNoIndex, kNoIndex};
 
 /// Each face is dropped by one record or survives; so the count is known before memory is taken for
@@ -95,7 +90,31 @@ std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment,
     loaded->link = log.origin;
   }
   loaded->map.build(log.records, log.faces, direction);
+  loaded->log.records = {};  // the map has its own form of them
   return loaded;
+}
+
+std::uint64_t LevelMap::expected_bytes(std::size_t segment) const {
+  // A record's words are some more in the map's form; and survivors have links in two places.
+  return log_->raw_bytes(2 * segment) * 3 / 2 + log_->raw_bytes(2 * segment + 1) * 2;
+}
+
+void LoadedSegment::carry(std::span<FacePoint> points) const {
+  for (const FacePoint& point : points) {
+    if (point.face >= link.size())
+      throw CorruptionError("a surface point lies on a face that does not exist");
+  }
+  map.carry(points);
+  for (const FacePoint& point : points) {
+    if (link[point.face] == kDropped)
+      throw CorruptionError("a surface point ends on a face that was dropped");
+  }
+}
+
+std::uint64_t LoadedSegment::bytes() const {
+  return map.bytes() + link.size() * sizeof(FaceLink) + log.origin.size() * sizeof(FaceLink) +
+         log.removed.size() * sizeof(VertexId) + log.survivor.size() * sizeof(LocalIndex) +
+         log.next.size() * sizeof(FaceLink);
 }
 
 void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
@@ -111,17 +130,9 @@ void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointB
     const std::shared_ptr<const LoadedSegment> loaded = cache.get(piece.segment);
     std::vector<FacePoint> at;
     at.reserve(points->size());
-    for (const TaggedPoint& point : *points) {
-      if (point.at.face >= loaded->link.size())
-        throw CorruptionError("a surface point lies on a face that does not exist");
-      at.push_back(point.at);
-    }
-    loaded->map.carry(at);
-    for (std::size_t k = 0; k < at.size(); ++k) {
-      if (loaded->link[at[k].face] == kDropped)
-        throw CorruptionError("a surface point ends on a face that was dropped");
-      (*points)[k].at = at[k];
-    }
+    for (const TaggedPoint& point : *points) at.push_back(point.at);
+    loaded->carry(at);
+    for (std::size_t k = 0; k < at.size(); ++k) (*points)[k].at = at[k];
     return [&, points, loaded, i] {
       for (TaggedPoint& point : *points) {
         const FaceLink link = loaded->link[point.at.face];
@@ -131,27 +142,6 @@ void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointB
       if (pieces[i].last_of_segment) in.release(pieces[i].segment);
       if (options.progress != nullptr)
         options.progress->advance(double(i + 1) / double(pieces.size()));
-    };
-  });
-}
-
-void carry_removed_vertices(const LevelMap& level, const CarryOptions& options,
-                            const PointSink& sink) {
-  run_ordered(level.segments(), options.threads, [&](std::size_t i, unsigned) -> Commit {
-    if (options.progress != nullptr) options.progress->check();
-    const auto loaded = level.load(i, SegmentMap::Direction::kForward);
-    std::vector<FacePoint> end(loaded->map.records());
-    loaded->map.carry_removed(end);
-    auto carried = std::make_shared<std::vector<Carried>>(end.size());
-    for (std::size_t r = 0; r < end.size(); ++r) {
-      const FaceLink link = loaded->link[end[r].face];
-      end[r].face = link.face;
-      (*carried)[r] = {link, {loaded->log.removed[r], end[r]}};
-    }
-    return [&, carried, i] {
-      for (const Carried& c : *carried) sink(c.link, c.point);
-      if (options.progress != nullptr)
-        options.progress->advance(double(i + 1) / double(level.segments()));
     };
   });
 }

@@ -22,6 +22,11 @@ struct LoadedSegment {
   /// (faces) where each face is on the far side: at the next level (forward; meaningless for
   /// dropped faces), or at the level before (inverse; itself at level 0).
   std::vector<FaceLink> link;
+
+  /// Carries points through the segment; their faces stay local. link says where they lead.
+  /// @throws CorruptionError  a point starts on no face, or ends on one that was dropped
+  void carry(std::span<FacePoint> points) const;
+  std::uint64_t bytes() const;
 };
 
 /// The map of one level, from its sealed log file.
@@ -34,6 +39,8 @@ class LevelMap {
   /// exist
   std::shared_ptr<const LoadedSegment> load(std::size_t segment,
                                             SegmentMap::Direction direction) const;
+  /// About the memory that the loaded segment will take.
+  std::uint64_t expected_bytes(std::size_t segment) const;
 
  private:
   const store::SectionFile* log_;
@@ -53,10 +60,5 @@ using PointSink = std::function<void(const FaceLink& link, const TaggedPoint& po
 /// segment of the level on the near side; each is released when done.
 void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
                   const CarryOptions& options, const PointSink& sink);
-
-/// Forward only: sends the vertices that this level removed, each carried from the origin of its
-/// own record. The tag is the vertex id.
-void carry_removed_vertices(const LevelMap& level, const CarryOptions& options,
-                            const PointSink& sink);
 
 }  // namespace remaps::map

@@ -48,6 +48,7 @@ class SegmentMap {
   void carry_removed(std::span<FacePoint> out) const;
 
   std::size_t records() const { return place_.size(); }
+  std::uint64_t bytes() const { return 4 * (path_.size() + first_.size() + place_.size()); }
 
  private:
   template <Direction direction>

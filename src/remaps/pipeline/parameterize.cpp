@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "remaps/formats/mesh_reader.h"
-#include "remaps/map/level_map.h"
+#include "remaps/map/base_carrier.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/ingest.h"
 #include "remaps/pipeline/map_file.h"
@@ -165,28 +165,17 @@ class Parameterizer {
     progress_.begin("map");
     map::CarryOptions carry;
     carry.threads = job_.threads;
-    carry.map_buffer = plan_.map_buffer;
+    carry.progress = &progress_;
     MapFileWriter file(job_.temp_dir, ingested_.vertices, plan_.bucket_bytes, budget_);
-    std::unique_ptr<map::PointBuckets> points;
-    const std::size_t levels = manifest_.segments.size();
-    for (std::size_t l = 0; l < levels; ++l) {
-      const store::SectionFile log(job_.bundle / log_name(l), kLogKind);
-      const map::LevelMap level(log);
-      std::unique_ptr<map::PointBuckets> next;
-      if (l + 1 < levels) {
-        next = std::make_unique<map::PointBuckets>(job_.temp_dir / fmt::format("points-{}", l + 1),
-                                                   manifest_.segments[l + 1], plan_.bucket_bytes,
-                                                   budget_);
-      }
-      const auto sink = [&](const FaceLink& link, const map::TaggedPoint& point) {
-        next != nullptr ? next->add(link.segment, point) : file.add(point.tag, point.at);
-      };
-      map::carry_removed_vertices(level, carry, sink);
-      if (points != nullptr)
-        map::carry_points(level, map::SegmentMap::Direction::kForward, *points, carry, sink);
-      points = std::move(next);
-      progress_.advance(double(l + 1) / double(levels));
-    }
+    std::vector<store::SectionFile> logs;
+    for (std::size_t l = 0; l < manifest_.segments.size(); ++l)
+      logs.emplace_back(job_.bundle / log_name(l), kLogKind);
+    std::vector<const store::SectionFile*> levels;
+    for (const store::SectionFile& log : logs) levels.push_back(&log);
+    map::BaseCarrier(levels, plan_.cache_bytes, budget_)
+        .carry_removed(carry, [&](VertexId vertex, const map::FacePoint& on_base) {
+          file.add(vertex, on_base);
+        });
     add_base_vertices(file);
     manifest_.map_checksum =
         file.write(job_.bundle / kMapName, ingested_.vertices - report_.unreferenced_vertices);
