@@ -9,7 +9,10 @@ namespace remaps::pipeline {
 namespace {
 
 constexpr std::uint64_t kLeastBudget = std::uint64_t{24} << 20;
-constexpr std::uint64_t kBytesPerPoint = 80;     // decoded, carried and packed
+constexpr std::uint64_t kBytesPerPoint = 80;  // decoded, carried and packed
+/// Faces that are simplified in one piece at most: random access makes larger pieces slower than
+/// sweeps, and sweeps cost nothing in quality.
+constexpr std::uint64_t kMostInCore = 400'000;
 constexpr std::uint64_t kCacheSegment = 20'000;  // faces: a segment that stays in a core's cache
 
 }  // namespace
@@ -25,7 +28,7 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, unsigned threads, std::uint64
   const std::uint64_t domain_share = budget_bytes / 2;
   plan.domain_buffer = domain_buffer != 0 ? domain_buffer
                                           : std::clamp<std::uint64_t>(domain_share / kBytesPerFace,
-                                                                      2'000, 4'000'000);
+                                                                      2'000, kMostInCore);
   // Samples err by up to a factor of 2; at least three segments in work and waiting have room.
   const std::uint64_t largest = 2 * kBytesPerFace;
   plan.segment_faces =

@@ -26,7 +26,7 @@ constexpr double kLeftToLastSweep = 30;
 
 /// Levels with more vertices for each of the base are ranked by estimate
 /// (docs/design/removal-order.md).
-constexpr std::uint64_t kDraftAbove = 1000;
+constexpr std::uint64_t kDraftAbove = 300;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -53,9 +53,11 @@ class Parameterizer {
     start = std::chrono::steady_clock::now();
     sweep_to_base();
     report_.seconds_sweeps = seconds_since(start);
-    start = std::chrono::steady_clock::now();
-    map_vertices();
-    report_.seconds_map = seconds_since(start);
+    if (job_.write_map) {
+      start = std::chrono::steady_clock::now();
+      map_vertices();
+      report_.seconds_map = seconds_since(start);
+    }
     seal();
   }
 

@@ -103,7 +103,8 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
       has_bundle ? staged_bundle->path() : temp.path() / "bundle";
   std::filesystem::create_directory(bundle_path);
 
-  ParameterizeJob job{options.input, bundle_path, temp.path(), options.base_vertices, threads};
+  ParameterizeJob job{options.input,         bundle_path, temp.path(),
+                      options.base_vertices, threads,     has_bundle};
   parameterize(job, plan, budget, progress, report);
   if (has_output) {
     const Bundle bundle(bundle_path);
