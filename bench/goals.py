@@ -5,6 +5,7 @@ from results import Table
 from sets import TRACE_BUDGETS
 
 MIB = 2**20
+LARGE = 9_000_000  # vertices: Earth and the generated mesh of 14.4 M
 
 
 def worst(pairs):
@@ -25,9 +26,17 @@ def remeshes(results):
                 yield f"{row['model']}, {row['run']}", row
 
 
+def large_runs(table):
+    """Models of the goals that are set for large ones, with their remesh."""
+    for model in table.models():
+        row = table.find(model, "map")
+        if row is not None and row["vertices"] >= LARGE:
+            yield model, row
+
+
 def of_peers(table):
-    return [(quotient(table.find(m, "map"), table.find(m, "meshoptimizer"), "cpu_seconds"), m)
-            for m in table.models()]
+    return [(quotient(row, table.find(model, "meshoptimizer"), "cpu_seconds"), model)
+            for model, row in large_runs(table)]
 
 
 def growth(table):
@@ -37,9 +46,8 @@ def growth(table):
 
 
 def io_factors(table):
-    for model in table.models():
-        row = table.find(model, "map")
-        if row is not None and tables.io_bytes(row) is not None:
+    for model, row in large_runs(table):
+        if tables.io_bytes(row) is not None:
             yield tables.io_bytes(row) / row["input_bytes"], model
 
 
@@ -76,9 +84,11 @@ def table(results):
          worst(((row["peak_rss"] - row["memory_budget"]) / MIB, name) for name, row in runs), 0),
         ("peak temporary disk, times the binary input: at most 4",
          worst((row["peak_temp"] / row["input_bytes"], name) for name, row in runs if row["run"] != "output"), 1),
-        ("CPU of remesh with map and error, times meshoptimizer's: at most 1.5", worst(of_peers(standard)), 2),
+        ("CPU of remesh with map and error, times meshoptimizer's, above 9 M vertices: at most 1.5",
+         worst(of_peers(standard)), 2),
         ("CPU a vertex at 14.4 M, times that at 1.4 M: at most 1.15", worst(growth(standard)), 2),
-        ("bytes read and written, times the binary input: at most 10", worst(io_factors(standard)), 1),
+        ("bytes read and written, times the binary input, above 9 M vertices: at most 10",
+         worst(io_factors(standard)), 1),
         ("time in 64M, times that in 230M: at most 1.5", worst(slowdown(memory, "64M")), 2),
         ("L2, times that in 4G: at most 1.10", worst(error_growth(memory)), 2),
         ("time of shuffled input, times that of coherent: at most 3", worst(shuffled(order)), 2),

@@ -80,6 +80,10 @@ def arguments():
             model_named(name)
         except RunFailed as error:
             parser.error(str(error))
+    runs = {job.run for name in parsed.sets for jobs in jobs_of(name, parsed.models) for job in jobs}
+    for run in parsed.runs or ():
+        if run not in runs:
+            parser.error(f"no run \"{run}\" in {', '.join(parsed.sets)}; there are {', '.join(sorted(runs))}")
     if parsed.repeat < 1:
         parser.error("--repeat must be at least 1")
     return parsed
@@ -126,6 +130,8 @@ def run_set(name, args, runner, common):
     table, failed = Table(args.results / f"{name}.csv"), 0
     for jobs in jobs_of(name, args.models):
         jobs = [job for job in jobs if not args.runs or job.run in args.runs]
+        if not jobs:
+            continue
         load = f"{os.getloadavg()[0]:.2f}"
         rows, traces = run_group(runner, jobs, args.repeat)
         for row in rows:

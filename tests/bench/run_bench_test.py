@@ -23,7 +23,8 @@ ROOT = Path(__file__).resolve().parents[2]
 BENCH = ROOT / "bench"
 sys.path.insert(0, str(BENCH))
 
-import nifti  # noqa: E402  (found by the line above)
+import goals  # noqa: E402  (found by the line above)
+import nifti  # noqa: E402
 import process  # noqa: E402
 import results  # noqa: E402
 import tables  # noqa: E402
@@ -156,6 +157,26 @@ class Results(Folder):
         self.assertEqual(tables.ratio(a, b, "cpu_seconds"), "1.50")
         self.assertEqual(tables.ratio(a, {**b, "session": "night"}, "cpu_seconds"), tables.NONE)
         self.assertEqual(tables.ratio(a, None, "cpu_seconds"), tables.NONE)
+
+    def test_goals_show_the_worst_of_the_tables(self):
+        def row(model, run, **cells):
+            return {"model": model, "run": run, "status": "ok", "session": "noon", "vertices": 14_400_000,
+                    "input_bytes": 10**6, "bytes_read": 5 * 10**6, "bytes_written": 10**6, "peak_temp": 10**6,
+                    "peak_rss": 9 * 2**20, "memory_budget": 7 * 2**20, "output_faces": 8, "l2": 1e-4, **cells}
+        results.Table(self.folder / "standard.csv").replace([
+            row("g14", "map", cpu_seconds=10.0), row("g14", "meshoptimizer", cpu_seconds=8.0, memory_budget=None),
+            row("g1", "map", cpu_seconds=0.8, vertices=1_440_000),
+            row("g1", "meshoptimizer", cpu_seconds=0.1, vertices=1_440_000, memory_budget=None)])
+        results.Table(self.folder / "memory.csv").replace([
+            row("g14", "threads 1", seconds=9.0), row("g14", "threads 2", seconds=5.0),
+            row("earth1", "threads 1", seconds=8.0), row("earth1", "threads 2", seconds=5.0)])
+        text = goals.table(self.folder)
+        self.assertRegex(text, r"above the budget.* \| 2 \| ")
+        self.assertRegex(text, r"meshoptimizer's.* \| 1\.25 \| g14 ")
+        self.assertRegex(text, r"CPU a vertex.* \| 1\.25 \| g14 to g1 ")
+        self.assertRegex(text, r"bytes read and written.* \| 6\.0 \| g14 ")
+        self.assertRegex(text, r"speed of two threads.* \| 1\.60 \| earth1 ")
+        self.assertRegex(text, r"shuffled.* \| – \| not measured yet ")
 
     def test_thinned_traces_keep_their_peak(self):
         trace = [(i / 10, 100 + (i * 7919) % 1000) for i in range(500)]
