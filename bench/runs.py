@@ -143,12 +143,14 @@ class Runner:
         bundle = self._kept_bundle(job.model)
         if not bundle.exists():
             raise RunFailed("there is no bundle, since parameterize failed")
-        return self._reported(["resample", bundle, self._work / "result/remesh.ply", "--level", self._level({}),
-                               "--no-measure"], job.options)
+        return self._reported(["resample", bundle, self._work / "result/remesh.ply", "--level",
+                               self._level(job.options), "--no-measure"], job.options)
 
     def _run_peer(self, job):
         if job.model not in self._faces:
             raise RunFailed("the number of faces is not known, since remesh failed")
+        if self._faces[job.model] >= self._inputs[job.model]["faces"]:
+            raise RunFailed(f"nothing to do: the remesh has {self._faces[job.model]:,} faces, no fewer than the input")
         source = self._input(job.model)
         output = self._work / "result/peer.ply"
         row, usage = self._measured([self._programs / job.options["program"], source, self._faces[job.model], output])
@@ -187,7 +189,7 @@ class Runner:
         return self._work / "kept" / f"{model}.remaps"
 
     def _level(self, options):
-        return options.get("level", sets.LEVEL) if self._settings.level is None else self._settings.level
+        return options["level"] if self._settings.level is None else self._settings.level
 
     def _samples(self):
         return [] if self._settings.samples is None else ["--samples", self._settings.samples]

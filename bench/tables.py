@@ -84,7 +84,7 @@ def notes(table):
 
 
 def remesh_table(table):
-    head = ["model", "vertices", "base", "parameterize s", "CPU s", "resample s", "CPU s", "remesh s", "CPU s",
+    head = ["model", "vertices", "base", "level", "parameterize s", "CPU s", "resample s", "CPU s", "remesh s", "CPU s",
             "CPU µs a vertex", "peak MiB", "read + written MiB", "peak temporary MiB", "L2"]
     rows = []
     for model in table.models():
@@ -92,7 +92,7 @@ def remesh_table(table):
         per_vertex = NONE if run is None else f"{1e6 * run['cpu_seconds'] / run['vertices']:.2f}"
         rows.append([
             title(model), cell(run, "vertices", count), cell(run, "base_vertices", count),
-            cell(parameterize, "seconds"), cell(parameterize, "cpu_seconds"),
+            cell(run, "level", count), cell(parameterize, "seconds"), cell(parameterize, "cpu_seconds"),
             cell(resample, "seconds"), cell(resample, "cpu_seconds"),
             cell(run, "seconds"), cell(run, "cpu_seconds"), per_vertex, cell(run, "peak_rss", mib),
             of_input(run, io_bytes(run)), of_input(run, run and run["peak_temp"]), error(run)])

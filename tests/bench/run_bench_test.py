@@ -48,9 +48,9 @@ class Folder(unittest.TestCase):
 
 
 class Driver(Folder):
-    def bench(self, *arguments, build=None):
+    def bench(self, *arguments, build=None, level=2):
         """Runs the driver; returns its exit code."""
-        command = [sys.executable, BENCH / "run_bench.py", *arguments, "--models", "tiny", "--level", "2", "--samples",
+        command = [sys.executable, BENCH / "run_bench.py", *arguments, "--models", "tiny", "--level", level, "--samples",
                    "2000", "--build", build or BUILD, "--cache", self.folder / "cache", "--results",
                    self.folder / "results", "--docs", self.folder / "docs"]
         done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False)
@@ -91,6 +91,11 @@ class Driver(Folder):
             self.assertTrue(6000 < int(row["output_faces"]) <= 6336, row)
         if row["run"] not in ("parameterize", "resample") and not row["run"].startswith("read "):
             self.assertTrue(0 < float(row["l2"]) < 0.01, row)
+
+    def test_peers_are_not_asked_for_more_faces_than_there_are(self):
+        self.bench("quick", "--runs", "map", "openmesh", level=4)
+        self.assertEqual([row["run"] for row in self.rows("quick") if row["status"] == "ok"], ["map"])
+        self.assertIn("nothing to do", self.rows("quick")[1]["status"])
 
     def test_a_run_again_replaces_its_rows(self):
         self.bench("order")
