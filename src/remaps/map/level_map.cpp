@@ -98,7 +98,7 @@ std::shared_ptr<const LoadedSegment> LevelMap::load(std::size_t segment,
   return loaded;
 }
 
-void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
+void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointSupply& in,
                   const CarryOptions& options, const PointSink& sink) {
   SegmentCache cache(level, direction);
   const std::vector<Piece> pieces = cut_into_pieces(
