@@ -46,6 +46,28 @@ TEST_F(ByteSourceFiles, SkipsWithinAndBeyondTheBuffer) {
   EXPECT_EQ(source.require(1), 0U);
 }
 
+TEST_F(ByteSourceFiles, CountsWhatItReadAndReadsNothingTwiceThatItHolds) {
+  const std::string bytes = counting_bytes(1000);
+  ByteSource source(make_file("bytes", bytes), 64);
+  EXPECT_EQ(source.bytes_read_total(), 0U);
+  source.require(10);
+  EXPECT_EQ(source.bytes_read_total(), 64U);
+  source.consume(50);
+  for (const std::uint64_t offset : {0UL, 64UL, 17UL}) {
+    source.seek(offset);
+    EXPECT_EQ(source.offset(), offset);
+    EXPECT_EQ(source.available(), 64 - offset);
+    EXPECT_EQ(std::string(source.data(), source.available()), bytes.substr(offset, 64 - offset));
+  }
+  EXPECT_EQ(source.bytes_read_total(), 64U);
+  source.seek(500);
+  source.require(64);
+  source.seek(490);
+  source.require(64);
+  EXPECT_EQ(source.data()[0], bytes[490]);
+  EXPECT_EQ(source.bytes_read_total(), 192U);
+}
+
 TEST_F(ByteSourceFiles, RefusesAFileThatShrinksWhileItIsRead) {
   const auto path = make_file("bytes", counting_bytes(1000));
   ByteSource source(path, 64);

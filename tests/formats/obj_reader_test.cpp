@@ -79,6 +79,27 @@ TEST_F(Obj, KnowsWhetherPositionsAreFloats) {
   EXPECT_FALSE(read_bytes("a.obj", "v 1e39 0 0\n").positions_are_float);
 }
 
+/// The pass over the faces begins at the first one; vertices may still follow it.
+TEST_F(Obj, ReadsTheFacesFromTheFirstOne) {
+  std::string bytes;
+  for (int i = 0; i < 300'000; ++i) bytes += "v 0 1 2\n";
+  const std::uint64_t vertices = bytes.size();
+  bytes += "f -1 1 -2\nv 3 4 5\nf -1 300001 2\n";
+  for (const bool positions_first : {true, false}) {
+    const auto reader = open_mesh_reader(make_file("a.obj", bytes));
+    for (int pass = 0; pass < 2; ++pass) {
+      if (positions_first) reader->read_positions([](std::span<const Vec3>) {});
+      std::vector<Triangle> triangles;
+      reader->read_triangles([&](std::span<const Triangle> chunk) {
+        triangles.insert(triangles.end(), chunk.begin(), chunk.end());
+      });
+      EXPECT_EQ(triangles, (std::vector<Triangle>{{299'999, 0, 299'998}, {300'000, 300'000, 1}}));
+      const std::uint64_t whole_passes = positions_first && pass == 1 ? 2 : 1;
+      EXPECT_LT(reader->bytes_read_total(), whole_passes * vertices + (std::uint64_t{2} << 20));
+    }
+  }
+}
+
 TEST_F(Obj, RefusesMalformedLinesByNumber) {
   expect_refused("a.obj", kSquare + "f 1 2\n", {"line 5:", "at least 3 corners", "found 2"});
   expect_refused("a.obj", kSquare + "f\n", {"line 5:", "found 0"});

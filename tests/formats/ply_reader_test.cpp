@@ -182,6 +182,22 @@ TEST_F(Ply, ReadsEachPassAgainInAnyOrder) {
   }
 }
 
+TEST_F(Ply, ReadsABinaryFileOnce) {
+  constexpr std::size_t kVertices = 200'000;
+  std::string bytes =
+      header("binary_little_endian", "element vertex " + std::to_string(kVertices) + "\n" +
+                                         std::string(kPositions) + "element face 100000\n" +
+                                         "property list uchar int vertex_indices\n");
+  bytes.append(kVertices * 12, '\0');
+  for (int i = 0; i < 100'000; ++i) bytes.append("\3\0\0\0\0\1\0\0\0\2\0\0\0", 13);
+  const auto reader = open_mesh_reader(make_file("b.ply", bytes));
+  reader->read_positions([](std::span<const Vec3>) {});
+  EXPECT_GE(reader->bytes_read_total(), reader->bytes_read());
+  reader->read_triangles([](std::span<const Triangle>) {});
+  // What the buffer held at the seam of the passes is not read again.
+  EXPECT_EQ(reader->bytes_read_total(), reader->bytes_total());
+}
+
 TEST_F(Ply, FansPolygonsFromTheirFirstCorner) {
   const MeshContent mesh = read_bytes(
       "a.ply", header("ascii", "element vertex 5\n" + std::string(kPositions) +

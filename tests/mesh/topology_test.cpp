@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "remaps/base/errors.h"
 #include "support/cut_shape.h"
 #include "support/surface_check.h"
 #include "support/temp_files.h"
@@ -117,6 +118,14 @@ TEST(Topology, KnowsTheEulerCharacteristic) {
 }
 
 class LabelJoinTest : public test::TempFiles {};
+
+TEST_F(LabelJoinTest, RefusesMoreLabelsThan32BitsTell) {
+  MemoryBudget budget(1 << 20);
+  LabelJoin join(directory() / "labels", 100, 1 << 12, budget);
+  join.add(10, {});
+  EXPECT_THROW(join.add(kNoIndex - 9, {}), GeometryError);
+  EXPECT_EQ(join.finish(), 10u);
+}
 
 TEST_F(LabelJoinTest, JoinsLabelsThatShareAVertex) {
   MemoryBudget budget(1 << 20);

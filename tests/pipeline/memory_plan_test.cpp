@@ -52,6 +52,14 @@ TEST(MemoryPlan, CutsAlikeForAnyNumberOfThreads) {
   }
 }
 
+/// Inside a segment corners and links have 32 bits.
+TEST(MemoryPlan, RefusesADomainBufferBeyondLocalIndices) {
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 26;
+  EXPECT_EQ(plan_memory(1024 * kMiB, 1, kMost, 0).domain_buffer, kMost);
+  EXPECT_THROW(plan_memory(1024 * kMiB, 1, kMost + 1, 0), BudgetError);
+  EXPECT_THROW(plan_memory(1024 * kMiB, 1, std::uint64_t{1} << 40, 0), BudgetError);
+}
+
 TEST(MemoryPlan, TakesTheBuffersThatTheUserStates) {
   const MemoryPlan plan = plan_memory(256 * kMiB, 2, 400'000, 10'000);
   EXPECT_EQ(plan.domain_buffer, 400'000u);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "remaps/base/errors.h"
 #include "support/shapes.h"
 #include "support/surface_check.h"
 
@@ -29,20 +30,26 @@ std::vector<Triangle> faces_of(const DyadicGrid& grid) {
   return faces;
 }
 
+std::vector<map::TaggedPoint> samples_of(const DyadicGrid& grid) {
+  std::vector<map::TaggedPoint> samples(grid.vertices());
+  grid.samples(0, samples);
+  return samples;
+}
+
 /// Where each vertex lies on the flat base faces; fails unless each number comes once.
 std::vector<Vec3> positions_of(const DyadicGrid& grid, const Shape& shape) {
   std::vector<Vec3> position(grid.vertices());
   std::vector<int> seen(grid.vertices(), 0);
-  grid.for_each_sample([&](std::uint64_t number, std::uint32_t face, double u, double v) {
+  for (const auto& [number, at] : samples_of(grid)) {
     if (number >= position.size()) {
       ADD_FAILURE() << "number " << number;
-      return;
+      break;
     }
     ++seen[number];
-    const LocalTriangle& t = shape.triangle[face];
-    position[number] =
-        (1 - u - v) * shape.position[t[0]] + u * shape.position[t[1]] + v * shape.position[t[2]];
-  });
+    const LocalTriangle& t = shape.triangle[at.face];
+    position[number] = (1 - at.u - at.v) * shape.position[t[0]] + at.u * shape.position[t[1]] +
+                       at.v * shape.position[t[2]];
+  }
   EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), std::ssize(seen));
   return position;
 }
@@ -209,15 +216,66 @@ TEST_P(DyadicGridTest, KeepsTheNumbersOfFacesWithTheirBaseFace) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Levels, DyadicGridTest, testing::Range(0u, 6u));
+TEST_P(DyadicGridTest, SamplesPointsOnTheFirstFaceThatHasThem) {
+  const std::uint32_t n = 1u << level();
+  for (const Shape& shape : bases()) {
+    const DyadicGrid grid = grid_of(shape, level());
+    std::map<std::uint64_t, map::FacePoint> expected;
+    for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+      for (std::uint32_t j = 0; j <= n; ++j) {
+        for (std::uint32_t i = 0; i + j <= n; ++i) {
+          expected.try_emplace(grid.vertex(f, i, j),
+                               map::FacePoint{f, double(i) / n, double(j) / n});
+        }
+      }
+    }
+    for (const auto& [number, at] : samples_of(grid)) {
+      ASSERT_EQ(at, expected.at(number)) << shape.name << ' ' << number;
+    }
+  }
+}
 
-TEST(DyadicGrid, CountsInSixtyFourBits) {
-  // 400 base faces at level 14: 1.1e11 faces, looked up here and there.
+TEST_P(DyadicGridTest, GivesSamplesAndFacesInPiecesOfAnySize) {
+  for (const Shape& shape : bases()) {
+    SCOPED_TRACE(shape.name);
+    const DyadicGrid grid = grid_of(shape, level());
+    const std::vector<map::TaggedPoint> samples = samples_of(grid);
+    const std::vector<Triangle> faces = faces_of(grid);
+    for (const std::uint64_t size : {1UL, 7UL, 255UL, 256UL, 257UL, 1000UL}) {
+      std::vector<map::TaggedPoint> part;
+      for (std::uint64_t first = 0; first < samples.size(); first += size) {
+        part.resize(std::min(size, samples.size() - first));
+        grid.samples(first, part);
+        for (std::size_t i = 0; i < part.size(); ++i) {
+          ASSERT_EQ(part[i].tag, samples[first + i].tag);
+          ASSERT_EQ(part[i].at, samples[first + i].at);
+        }
+      }
+      std::vector<Triangle> some;
+      for (std::uint64_t first = 0; first < faces.size(); first += size) {
+        some.resize(std::min(size, faces.size() - first));
+        grid.triangles(first, some);
+        ASSERT_TRUE(std::equal(some.begin(), some.end(), faces.begin() + std::ptrdiff_t(first)));
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Levels, DyadicGridTest, testing::Range(0u, 7u));
+
+/// 400 base faces.
+Shape five_spheres() {
   Shape shape = test::icosphere(1);
   for (const Shape& more :
        {test::icosphere(1), test::icosphere(1), test::icosphere(1), test::icosphere(1)}) {
     shape = test::together(shape, more);
   }
+  return shape;
+}
+
+TEST(DyadicGrid, CountsInSixtyFourBits) {
+  // 1.1e11 faces at level 14, looked up here and there.
+  const Shape shape = five_spheres();
   ASSERT_EQ(shape.triangle.size(), 400u);
   constexpr unsigned kLevel = 14;
   const DyadicGrid grid = grid_of(shape, kLevel);
@@ -238,6 +296,86 @@ TEST(DyadicGrid, CountsInSixtyFourBits) {
   }
   // The inner points of the last face are the last numbers.
   EXPECT_GE(grid.vertex(399, 1, 1), grid.vertices() - (n - 1) * (n - 2) / 2);
+}
+
+/// Samples and faces beyond 2^32 and 2^40, in pieces across these borders and at the end: numbers,
+/// places and faces agree with each other.
+TEST(DyadicGrid, AgreesWithItselfBeyondFortyBits) {
+  const Shape shape = five_spheres();
+  for (const unsigned level : {14u, 16u, 20u}) {
+    SCOPED_TRACE(level);
+    const DyadicGrid grid = grid_of(shape, level);
+    const double n = double(1u << level);
+    std::mt19937_64 random(level);
+    const auto starts_below = [&](std::uint64_t count) {
+      std::vector<std::uint64_t> starts = {0, shape.position.size() - 10, count - 1000};
+      for (const unsigned bits : {31u, 32u, 40u, 44u}) starts.push_back((1ULL << bits) - 500);
+      for (int i = 0; i < 50; ++i) starts.push_back(random() % count);
+      std::erase_if(starts, [&](std::uint64_t first) { return first > count - 1000; });
+      return starts;
+    };
+    std::vector<map::TaggedPoint> samples(1000);
+    for (const std::uint64_t first : starts_below(grid.vertices())) {
+      grid.samples(first, samples);
+      std::set<std::uint64_t> numbers;
+      for (const auto& [number, at] : samples) {
+        ASSERT_EQ(grid.vertex(at.face, static_cast<std::uint32_t>(at.u * n),
+                              static_cast<std::uint32_t>(at.v * n)),
+                  number);
+        numbers.insert(number);
+      }
+      ASSERT_EQ(numbers.size(), samples.size());
+      ASSERT_LT(*numbers.rbegin(), grid.vertices());
+      // A piece that begins elsewhere says the same.
+      std::vector<map::TaggedPoint> later(500);
+      grid.samples(first + 500, later);
+      for (std::size_t i = 0; i < later.size(); ++i) ASSERT_EQ(later[i].tag, samples[500 + i].tag);
+    }
+    std::vector<Triangle> faces(1000);
+    for (const std::uint64_t first : starts_below(grid.faces())) {
+      grid.triangles(first, faces);
+      for (std::size_t f = 0; f < faces.size(); ++f) {
+        ASSERT_EQ(faces[f], grid.triangle(first + f));
+        ASSERT_LT(*std::max_element(faces[f].begin(), faces[f].end()), grid.vertices());
+      }
+    }
+  }
+}
+
+/// At level 20 too both faces of an edge give its points the same numbers.
+TEST(DyadicGrid, SharesEdgesAtTheLastLevel) {
+  const Shape shape = five_spheres();
+  const DyadicGrid grid = grid_of(shape, 20);
+  const std::uint32_t n = 1u << 20;
+  std::map<std::pair<LocalIndex, LocalIndex>, std::vector<std::uint64_t>> seen;
+  std::size_t twice = 0;
+  for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+    for (std::size_t e = 0; e < 3; ++e) {
+      const LocalIndex a = shape.triangle[f][e];
+      const LocalIndex b = shape.triangle[f][(e + 1) % 3];
+      std::vector<std::uint64_t> numbers;
+      for (std::uint32_t m : {1u, 2u, 3u, 77'777u, n / 2, n / 4 * 3, n - 1}) {
+        if (a > b) m = n - m;
+        std::array<std::uint32_t, 3> weight{};
+        weight[e] = n - m;
+        weight[(e + 1) % 3] = m;
+        numbers.push_back(grid.vertex(f, weight[1], weight[2]));
+      }
+      const auto [at, fresh] = seen.try_emplace({std::min(a, b), std::max(a, b)}, numbers);
+      twice += !fresh;
+      ASSERT_EQ(at->second, numbers);
+    }
+  }
+  EXPECT_EQ(seen.size(), 600u);
+  EXPECT_EQ(twice, 600u);
+}
+
+TEST(DyadicGrid, RefusesToPlaceABaseVertexWithoutAFace) {
+  const std::vector<DyadicGrid::BaseTriangle> base = {{0, 1, 2}};
+  const DyadicGrid grid(4, base, 2);
+  std::vector<map::TaggedPoint> samples(grid.vertices());
+  EXPECT_THROW(grid.samples(0, samples), CorruptionError);
+  EXPECT_NO_THROW(grid.samples(4, std::span(samples).subspan(4)));
 }
 
 TEST(DyadicGrid, SharesInteriorEdgesOfTwoFaces) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <optional>
 #include <random>
@@ -50,6 +51,24 @@ class ResamplerTest : public test::TempFiles {
     tiles_.emplace(directory() / "tiles", kTileKind);
   }
   MapFiles files() const { return {{&*log_}, &*tiles_}; }
+  /// The base with its vertices numbered from 0, as a bundle has it.
+  std::vector<DyadicGrid::BaseTriangle> base_numbered() const {
+    std::map<LocalIndex, std::uint32_t> number;
+    std::vector<DyadicGrid::BaseTriangle> base;
+    for (const LocalTriangle& t : base_) {
+      auto& face = base.emplace_back();
+      for (std::size_t i = 0; i < 3; ++i) {
+        face[i] = number.try_emplace(t[i], static_cast<std::uint32_t>(number.size())).first->second;
+      }
+    }
+    return base;
+  }
+  std::size_t base_vertices() const {
+    std::size_t highest = 0;
+    for (const auto& t : base_numbered())
+      highest = std::max<std::size_t>(highest, std::max({t[0], t[1], t[2]}));
+    return highest + 1;
+  }
 
   test::Shape shape_;
   test::SimplifiedShape simplified_;
@@ -101,6 +120,67 @@ TEST_F(ResamplerTest, RefusesABaseFaceThatIsNot) {
   };
   const auto sink = [](std::uint32_t, const Tile&, std::span<const TaggedPoint>) {};
   EXPECT_THROW(pull_back(files(), ask, options_, budget_, sink), GeometryError);
+}
+
+/// Through many blocks on disk, and on several threads: the same positions as one by one.
+TEST_F(ResamplerTest, SendsThePositionsOfAGridInItsOrder) {
+  const DyadicGrid grid(narrow<std::uint32_t>(base_vertices()), base_numbered(), 6);
+  std::vector<Vec3> expected(grid.vertices());
+  std::vector<TaggedPoint> samples(grid.vertices());
+  grid.samples(0, samples);
+  pull_back(
+      files(),
+      [&](const auto& add) {
+        for (const TaggedPoint& sample : samples) add(sample);
+      },
+      options_, budget_,
+      [&](std::uint32_t, const Tile& tile, std::span<const TaggedPoint> points) {
+        for (const TaggedPoint& p : points) expected[p.tag] = position_on_tile(tile, p.at);
+      });
+  options_.origin = {1000, -2000, 0.125};
+  for (const bool as_floats : {false, true}) {
+    for (const unsigned threads : {1u, 3u}) {
+      options_.as_floats = as_floats;
+      options_.carry.threads = threads;
+      options_.carry.map_buffer = 1000;
+      options_.buffer_bytes = 64 << 10;
+      std::vector<Vec3> sent;
+      resample_positions(files(), grid, options_, budget_, [&](std::span<const Vec3> part) {
+        sent.insert(sent.end(), part.begin(), part.end());
+      });
+      ASSERT_EQ(sent.size(), expected.size());
+      for (std::size_t i = 0; i < sent.size(); ++i) {
+        const Vec3 exact = options_.origin + expected[i];
+        ASSERT_EQ(sent[i], as_floats ? widen(to_float(exact)) : exact);
+      }
+      EXPECT_EQ(entries_in(options_.temp_dir), 0u) << "temporary files are left";
+    }
+  }
+}
+
+TEST_F(ResamplerTest, SendsTheFacesOfAGridInItsOrder) {
+  const DyadicGrid grid(narrow<std::uint32_t>(base_vertices()), base_numbered(), 5);
+  std::uint64_t faces = 0;
+  stream_faces(grid, nullptr, [&](std::span<const Triangle> part) {
+    for (const Triangle& t : part) ASSERT_EQ(t, grid.triangle(faces++));
+  });
+  EXPECT_EQ(faces, grid.faces());
+}
+
+TEST_F(ResamplerTest, RefusesABudgetThatTheLargestSegmentDoesNotFit) {
+  const DyadicGrid grid(narrow<std::uint32_t>(base_vertices()), base_numbered(), 1);
+  MemoryBudget budget(100 << 10);
+  const auto sink = [](std::span<const Vec3>) { ADD_FAILURE() << "positions were sent"; };
+  EXPECT_THROW(resample_positions(files(), grid, options_, budget, sink), BudgetError);
+  EXPECT_EQ(budget.available(), budget.total());
+}
+
+/// Tags have 40 bits on disk.
+TEST_F(ResamplerTest, RefusesMoreVerticesThanTagsCanTell) {
+  const DyadicGrid grid(narrow<std::uint32_t>(base_vertices()), base_numbered(), 18);
+  ASSERT_GT(grid.vertices(), store::kMaxId40);
+  const auto sink = [](std::span<const Vec3>) { ADD_FAILURE() << "positions were sent"; };
+  EXPECT_THROW(resample_positions(files(), grid, options_, budget_, sink), BudgetError);
 }
 
 TEST_F(ResamplerTest, StopsWhenCancelled) {

@@ -24,6 +24,8 @@ class ByteSource {
   std::uint64_t size() const { return size_; }
   /// Offset in the file of data().
   std::uint64_t offset() const { return end_offset_ - available(); }
+  /// Bytes that came from the file so far, those read again included.
+  std::uint64_t bytes_read_total() const { return bytes_read_total_; }
   /// Bytes from data() to the end of the file.
   std::uint64_t remaining() const { return size_ - offset(); }
 
@@ -42,7 +44,7 @@ class ByteSource {
   void consume(std::size_t n) { next_ += n; }
   /// Passes over n remaining bytes; those not yet read are never read.
   void skip(std::uint64_t n);
-  /// Goes to an offset of at most size().
+  /// Goes to an offset of at most size(). What the buffer holds is not read again.
   void seek(std::uint64_t offset);
 
   /// Throws InputError: path, byte offset, what.
@@ -58,6 +60,7 @@ class ByteSource {
   int file_ = -1;
   std::uint64_t size_ = 0;
   std::uint64_t end_offset_ = 0;  // in the file, of end_
+  std::uint64_t bytes_read_total_ = 0;
   std::size_t capacity_;
   std::unique_ptr<char[]> buffer_;  // capacity_ + 1 bytes
   const char* next_ = nullptr;

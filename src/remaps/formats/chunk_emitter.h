@@ -16,20 +16,27 @@ class ChunkEmitter {
   using Sink = FunctionRef<void(std::span<const T>)>;
   static constexpr std::size_t kChunk = 8192;
 
-  explicit ChunkEmitter(Sink sink) : sink_(sink) { chunk_.reserve(kChunk); }
+  explicit ChunkEmitter(Sink sink) : sink_(sink), chunk_(kChunk) {}
 
   void push(const T& element) {
-    chunk_.push_back(element);
-    if (chunk_.size() == kChunk) flush();
+    chunk_[filled_] = element;
+    keep(1);
+  }
+  /// Room for at least one element, to be filled from its start and then kept.
+  std::span<T> room() { return std::span<T>(chunk_).subspan(filled_); }
+  void keep(std::size_t n) {
+    filled_ += n;
+    if (filled_ == kChunk) flush();
   }
   void flush() {
-    if (!chunk_.empty()) sink_(chunk_);
-    chunk_.clear();
+    if (filled_ > 0) sink_(std::span<const T>(chunk_).first(filled_));
+    filled_ = 0;
   }
 
  private:
   Sink sink_;
   std::vector<T> chunk_;
+  std::size_t filled_ = 0;
 };
 
 }  // namespace remaps

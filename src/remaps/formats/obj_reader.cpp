@@ -60,26 +60,21 @@ class ObjReader final : public IndexedMeshReader {
   explicit ObjReader(ByteSource source) : source_(std::move(source)) {}
 
   void read_positions(PositionSink sink) override {
-    ObjLines lines = rewind();
     ChunkEmitter<Vec3> positions(sink);
     PositionText text;
-    std::uint64_t count = 0;
-    for (; !lines.at_end(); lines.end_line()) {
-      if (lines.begin_line() != ObjLines::Kind::vertex) continue;
+    visit_vertices([&](ObjLines& lines) {
       positions.push(text.read(lines.scanner(), [&] { return lines.next_value(); }));
-      ++count;
-    }
-    set_vertices(count);
+    });
     positions.flush();
     all_float_ = text.all_float();
   }
 
   void read_triangles(IndexSink sink) override {
-    if (!vertices_) count_vertices();
-    ObjLines lines = rewind();
+    if (!vertices_) visit_vertices([](ObjLines&) {});
+    ObjLines lines = go_to(first_face_);
     ChunkEmitter<Triangle> triangles(sink);
     PolygonFan fan(triangles);
-    std::uint64_t seen = 0;
+    std::uint64_t seen = first_face_.seen;
     for (; !lines.at_end(); lines.end_line()) {
       const ObjLines::Kind kind = lines.begin_line();
       if (kind == ObjLines::Kind::vertex) ++seen;
@@ -91,20 +86,37 @@ class ObjReader final : public IndexedMeshReader {
   bool positions_are_float() const override { return all_float_; }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
+  std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
-  ObjLines rewind() {
-    source_.seek(0);
+  /// A place in the file, and the vertices before it.
+  struct Place {
+    std::uint64_t offset = 0;
+    std::uint64_t seen = 0;
+  };
+
+  ObjLines go_to(const Place& place) {
+    source_.seek(place.offset);
     return ObjLines(source_);
   }
 
-  void count_vertices() {
-    ObjLines lines = rewind();
+  /// Goes through the file, calls visit(lines) behind the keyword of each vertex, counts them and
+  /// notes where the faces begin.
+  template <class Visit>
+  void visit_vertices(Visit visit) {
+    ObjLines lines = go_to({});
+    std::optional<Place> first_face;
     std::uint64_t count = 0;
     for (; !lines.at_end(); lines.end_line()) {
-      if (lines.begin_line() == ObjLines::Kind::vertex) ++count;
+      const std::uint64_t line = source_.offset();
+      const ObjLines::Kind kind = lines.begin_line();
+      if (kind == ObjLines::Kind::face && !first_face) first_face = {line, count};
+      if (kind != ObjLines::Kind::vertex) continue;
+      visit(lines);
+      ++count;
     }
     set_vertices(count);
+    first_face_ = first_face.value_or(Place{source_.size(), count});
   }
 
   void set_vertices(std::uint64_t count) {
@@ -142,6 +154,7 @@ class ObjReader final : public IndexedMeshReader {
 
   ByteSource source_;
   std::optional<std::uint64_t> vertices_;
+  Place first_face_;  // once vertices_ is known
   bool all_float_ = false;
 };
 

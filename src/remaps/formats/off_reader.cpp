@@ -74,6 +74,7 @@ class OffReader final : public IndexedMeshReader {
   bool positions_are_float() const override { return all_float_; }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
+  std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
   OffLines rewind(std::uint64_t offset) {

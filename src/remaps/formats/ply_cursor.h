@@ -21,13 +21,21 @@ class PlyBinaryCursor {
  public:
   PlyBinaryCursor(ByteSource& source, bool big_endian) : source_(source), swap_(big_endian) {}
 
+  static constexpr bool kBinary = true;
   static std::uint64_t size_in_file(PlyType type) { return size_of(type); }
+  bool big_endian() const { return swap_; }
   std::uint64_t offset() const { return source_.offset(); }
 
   double real(PlyType type);
   /// Negative values wrap round: they are above any valid index or count.
   std::uint64_t integer(PlyType type);
   void skip(std::uint64_t bytes);
+  /// The bytes in the buffer, at least `wanted` of them unless the file ends; and passes over some.
+  std::string_view ahead(std::size_t wanted) {
+    const std::size_t n = source_.require(wanted);
+    return {source_.data(), n};
+  }
+  void pass(std::size_t bytes) { source_.consume(bytes); }
   /// Fails at once if the file has no room for n values.
   void expect_list(std::uint64_t n, PlyType type);
   /// Throws InputError about the value just read, of this type, naming its place.
@@ -53,6 +61,7 @@ class PlyTextCursor {
  public:
   explicit PlyTextCursor(ByteSource& source) : scanner_(source) {}
 
+  static constexpr bool kBinary = false;
   static std::uint64_t size_in_file(PlyType) { return 1; }
   std::uint64_t offset() const { return scanner_.source().offset(); }
 

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/ply_cursor.h"
 #include "remaps/formats/ply_header.h"
+#include "remaps/formats/ply_runs.h"
 #include "remaps/formats/position_text.h"
 
 namespace remaps {
@@ -61,11 +63,14 @@ std::vector<PlyStep> plan_record(const PlyElement& element, bool wanted) {
 }
 
 /// Goes through all records of an element: coordinate(step) and corners(step) are called where the
-/// cursor stands before a wanted value or list, end_record() after each record.
+/// cursor stands before a wanted value or list, end_record() after each record. Before each,
+/// run(cursor, n) may take up to n records at once; it returns how many it took.
 template <class Cursor, class Handler>
 void walk_records(Cursor& cursor, const PlyElement& element, const std::vector<PlyStep>& steps,
                   Handler& handler) {
-  for (std::uint64_t record = 0; record < element.count; ++record) {
+  for (std::uint64_t record = 0;; ++record) {
+    record += handler.run(cursor, element.count - record);
+    if (record == element.count) break;
     cursor.place = {&element, record};
     for (const PlyStep& step : steps) {
       switch (step.kind) {
@@ -97,6 +102,7 @@ void skip_element(Cursor& cursor, const PlyElement& element) {
     void coordinate(Cursor&, const PlyStep&) {}
     void corners(Cursor&, const PlyStep&) {}
     void end_record() {}
+    std::uint64_t run(Cursor&, std::uint64_t) { return 0; }
   } nothing;
   const std::vector<PlyStep> steps = plan_record<Cursor>(element, false);
   cursor.place = {&element, 0};
@@ -108,10 +114,17 @@ void skip_element(Cursor& cursor, const PlyElement& element) {
   }
 }
 
+/// The first n elements, or all.
+template <class T>
+std::span<T> up_to(std::span<T> all, std::uint64_t n) {
+  return all.first(static_cast<std::size_t>(std::min<std::uint64_t>(all.size(), n)));
+}
+
 template <class Cursor>
 class PositionHandler {
  public:
-  explicit PositionHandler(PositionSink sink) : positions_(sink) {}
+  PositionHandler(PositionSink sink, std::optional<PlyPointRuns> runs)
+      : positions_(sink), runs_(runs) {}
 
   void coordinate(Cursor& cursor, const PlyStep& step) {
     const double value = cursor.real(step.type);
@@ -125,11 +138,28 @@ class PositionHandler {
   void corners(Cursor&, const PlyStep&) {}
   void end_record() { positions_.push({point_[0], point_[1], point_[2]}); }
 
+  std::uint64_t run(Cursor& cursor, std::uint64_t wanted) {
+    std::uint64_t taken = 0;
+    if constexpr (Cursor::kBinary) {
+      while (runs_ && taken < wanted) {
+        const std::span<Vec3> room = up_to(positions_.room(), wanted - taken);
+        const auto done = runs_->decode(cursor.ahead(runs_->record_bytes()), room);
+        if (done.records == 0) break;
+        all_float_ = all_float_ && done.all_float;
+        cursor.pass(done.records * runs_->record_bytes());
+        positions_.keep(done.records);
+        taken += done.records;
+      }
+    }
+    return taken;
+  }
+
   void flush() { positions_.flush(); }
   bool all_float() const { return all_float_; }
 
  private:
   ChunkEmitter<Vec3> positions_;
+  std::optional<PlyPointRuns> runs_;
   std::array<double, 3> point_{};
   bool all_float_ = true;
 };
@@ -138,8 +168,14 @@ class PositionHandler {
 template <class Cursor>
 class CornerHandler {
  public:
-  CornerHandler(ChunkEmitter<Triangle>& triangles, std::uint64_t vertices, bool strips)
-      : fan_(triangles), strip_(triangles), vertices_(vertices), strips_(strips) {}
+  CornerHandler(ChunkEmitter<Triangle>& triangles, std::uint64_t vertices, bool strips,
+                std::optional<PlyTriangleRuns> runs)
+      : triangles_(triangles),
+        fan_(triangles),
+        strip_(triangles),
+        vertices_(vertices),
+        strips_(strips),
+        runs_(runs) {}
 
   void coordinate(Cursor&, const PlyStep&) {}
   void corners(Cursor& cursor, const PlyStep& step) {
@@ -152,6 +188,21 @@ class CornerHandler {
     }
   }
   void end_record() {}
+
+  std::uint64_t run(Cursor& cursor, std::uint64_t wanted) {
+    std::uint64_t taken = 0;
+    if constexpr (Cursor::kBinary) {
+      while (runs_ && taken < wanted) {
+        const std::span<Triangle> room = up_to(triangles_.room(), wanted - taken);
+        const std::size_t n = runs_->decode(cursor.ahead(runs_->record_bytes()), vertices_, room);
+        if (n == 0) break;
+        cursor.pass(n * runs_->record_bytes());
+        triangles_.keep(n);
+        taken += n;
+      }
+    }
+    return taken;
+  }
 
  private:
   static constexpr std::uint64_t kRestart = ~std::uint64_t{0};  // -1
@@ -184,10 +235,12 @@ class CornerHandler {
     return index;
   }
 
+  ChunkEmitter<Triangle>& triangles_;
   PolygonFan fan_;
   StripUnroller strip_;
   std::uint64_t vertices_;
   bool strips_;
+  std::optional<PlyTriangleRuns> runs_;
 };
 
 class PlyReader final : public IndexedMeshReader {
@@ -206,7 +259,9 @@ class PlyReader final : public IndexedMeshReader {
     with_cursor([&]<class Cursor>(Cursor& cursor) {
       const std::size_t index = index_of(*vertex_);
       go_to(cursor, index);
-      PositionHandler<Cursor> handler(sink);
+      std::optional<PlyPointRuns> runs;
+      if constexpr (Cursor::kBinary) runs = PlyPointRuns::of(*vertex_, cursor.big_endian());
+      PositionHandler<Cursor> handler(sink, runs);
       walk_records(cursor, *vertex_, plan_record<Cursor>(*vertex_, true), handler);
       handler.flush();
       all_float_ = all_float_ || handler.all_float();
@@ -220,7 +275,13 @@ class PlyReader final : public IndexedMeshReader {
       for (const PlyElement& element : header_.elements) {
         if (!has_corners(element) || element.count == 0) continue;
         go_to(cursor, index_of(element));
-        CornerHandler<Cursor> handler(triangles, vertex_->count, element.name == "tristrips");
+        const bool strips = element.name == "tristrips";
+        std::optional<PlyTriangleRuns> runs;
+        if constexpr (Cursor::kBinary) {
+          if (!strips)
+            runs = PlyTriangleRuns::of(element, *corner_list(element), cursor.big_endian());
+        }
+        CornerHandler<Cursor> handler(triangles, vertex_->count, strips, runs);
         walk_records(cursor, element, plan_record<Cursor>(element, true), handler);
         offsets_[index_of(element) + 1] = cursor.offset();
       }
@@ -231,6 +292,7 @@ class PlyReader final : public IndexedMeshReader {
   bool positions_are_float() const override { return all_float_; }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
+  std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
   static bool has_corners(const PlyElement& element) {

@@ -117,7 +117,7 @@ std::uint64_t LoadedSegment::bytes() const {
          log.next.size() * sizeof(FaceLink);
 }
 
-void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
+void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointSupply& in,
                   const CarryOptions& options, const PointSink& sink) {
   SegmentCache cache(level, direction);
   const std::vector<Piece> pieces = cut_into_pieces(

@@ -56,9 +56,9 @@ struct CarryOptions {
 /// time, in an order that does not depend on the number of threads.
 using PointSink = std::function<void(const FaceLink& link, const TaggedPoint& point)>;
 
-/// Carries all points of `in` through a level and sends them to `sink`. Point buckets are by
-/// segment of the level on the near side; each is released when done.
-void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointBuckets& in,
+/// Carries all points of `in` through a level and sends them to `sink`. The points are by
+/// segment of the level on the near side; each segment is released when done.
+void carry_points(const LevelMap& level, SegmentMap::Direction direction, PointSupply& in,
                   const CarryOptions& options, const PointSink& sink);
 
 }  // namespace remaps::map

@@ -36,6 +36,8 @@ class IndexedMeshReader {
   /// Size in bytes of the file and of the part read in the present pass: for progress bars.
   virtual std::uint64_t bytes_total() const = 0;
   virtual std::uint64_t bytes_read() const = 0;
+  /// Bytes that came from the file since it was opened, in all passes: for reports.
+  virtual std::uint64_t bytes_read_total() const = 0;
 };
 
 /// A triangle mesh being written as two streams: all positions, then all triangles. The file

@@ -4,6 +4,8 @@
 #include <numeric>
 #include <span>
 
+#include "remaps/base/errors.h"
+
 namespace remaps {
 namespace {
 
@@ -78,6 +80,9 @@ LabelJoin::LabelJoin(const std::filesystem::path& path, std::uint64_t expected_v
 
 void LabelJoin::add(std::uint32_t labels,
                     std::span<const std::pair<VertexId, std::uint32_t>> shared) {
+  if (labels > kNoIndex - parent_.size()) {
+    throw GeometryError("the segments have 2^32 components or boundary chains and more");
+  }
   const auto base = static_cast<std::uint32_t>(parent_.size());
   parent_.resize(base + labels);
   std::iota(parent_.begin() + base, parent_.end(), base);

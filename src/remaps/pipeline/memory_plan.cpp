@@ -13,6 +13,9 @@ constexpr std::uint64_t kBytesPerPoint = 80;  // decoded, carried and packed
 /// Faces that are simplified in one piece at most: random access makes larger pieces slower than
 /// sweeps, and sweeps cost nothing in quality.
 constexpr std::uint64_t kMostInCore = 400'000;
+/// Faces of a segment: corners, and links of 16 slots a record, must be numbered in 32 bits.
+/// Samples err: cuts may come out some times larger.
+constexpr std::uint64_t kMostDomainFaces = std::uint64_t{1} << 26;
 constexpr std::uint64_t kCacheSegment = 20'000;  // faces: a segment that stays in a core's cache
 
 }  // namespace
@@ -22,6 +25,10 @@ MemoryPlan plan_memory(std::uint64_t budget_bytes, unsigned threads, std::uint64
   if (budget_bytes < kLeastBudget) {
     throw BudgetError("--memory " + std::to_string(budget_bytes >> 20) +
                       "M is too little: the least is " + std::to_string(kLeastBudget >> 20) + "M");
+  }
+  if (domain_buffer > kMostDomainFaces) {
+    throw BudgetError("--domain-buffer " + std::to_string(domain_buffer) +
+                      " is too much: the most is " + std::to_string(kMostDomainFaces) + " faces");
   }
   MemoryPlan plan;
   plan.budget_bytes = budget_bytes;

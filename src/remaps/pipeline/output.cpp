@@ -118,6 +118,7 @@ void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::Dyad
   positions.reserve(static_cast<std::size_t>(grid.vertices()));
   resample::ResampleOptions relative = options;
   relative.origin = {};
+  relative.as_floats = false;
   resample::resample_positions(bundle.files(), grid, relative, budget,
                                [&](std::span<const Vec3> part) {
                                  positions.insert(positions.end(), part.begin(), part.end());
@@ -156,7 +157,8 @@ void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& 
   options.carry.threads = job.threads;
   options.carry.map_buffer = plan.map_buffer;
   options.carry.progress = &progress;
-  options.buffer_bytes = plan.bucket_bytes;
+  options.buffer_bytes = 2 * plan.bucket_bytes;  // nothing else is in memory meanwhile
+  options.as_floats = true;                      // as the file has them
   options.temp_dir = job.temp_dir;
   options.origin = bundle.manifest().origin;
   const auto writer = open_mesh_writer(job.output, grid.vertices(), grid.faces());

@@ -65,7 +65,7 @@ class Parameterizer {
   void read_input() {
     const auto reader = open_mesh_reader(job_.input);
     ingested_ = ingest(*reader, plan_, job_.temp_dir, budget_, progress_);
-    report_.bytes_read += 2 * reader->bytes_total();
+    report_.bytes_read += reader->bytes_read_total();
     report_.input_path = job_.input.string();
     report_.input_vertices = ingested_.vertices;
     report_.input_faces = ingested_.faces;

@@ -2,11 +2,11 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
 #include "remaps/base/geometry.h"
+#include "remaps/map/point_buckets.h"
 
 namespace remaps::resample {
 
@@ -37,32 +37,59 @@ class DyadicGrid {
   std::uint64_t vertex(std::uint32_t face, std::uint32_t i, std::uint32_t j) const;
   /// Corners of face number `index`.
   Triangle triangle(std::uint64_t index) const;
+  /// Corners of the faces first, first + 1, ...: a few instructions a face where `first` is a
+  /// multiple of 256.
+  void triangles(std::uint64_t first, std::span<Triangle> out) const;
 
-  /// Calls sample(number, base face, u, v) once for each vertex. Points of edges and corners go
-  /// with the first face that has them. Order: base face by base face.
-  void for_each_sample(const std::function<void(std::uint64_t number, std::uint32_t face, double u,
-                                                double v)>& sample) const;
+  /// All vertices with their places on the base, in an order of its own, of which this gives
+  /// samples first, first + 1, ...: base vertices, edges, then the inner points of each face in
+  /// square blocks. Neighbours take nearly the same way through the records of the map, which
+  /// caches and branch prediction reward. Points of edges and corners go with the first face that
+  /// has them. The tag is the vertex number.
+  /// @throws CorruptionError  a base vertex has no face
+  void samples(std::uint64_t first, std::span<map::TaggedPoint> out) const;
 
  private:
+  /// Faces of this many levels are numbered together.
+  static constexpr unsigned kBlockLevels = 4;
+  /// Side of the blocks of inner samples.
+  static constexpr std::uint32_t kSampleBlock = 16;
+
+  struct GridPoint {
+    std::uint32_t i, j;
+  };
   struct EdgeUse {
     std::uint32_t edge;
     bool reversed;  // the face runs from the edge's higher vertex to its lower one
-    bool first;     // this face is the first that has the edge
+  };
+  /// A corner of a face, or the edge from it to the next.
+  struct Corner {
+    std::uint32_t face = kNoIndex;
+    std::uint32_t number = 0;
   };
 
+  void build_block();
+  std::uint64_t first_inner_point() const;
   std::uint64_t edge_point(const EdgeUse& use, std::uint32_t m) const;
-  std::uint64_t interior_point(std::uint32_t i, std::uint32_t j) const;
+  std::uint64_t inner_point(std::uint32_t i, std::uint32_t j) const;
+  void inner_samples(std::uint64_t index, std::span<map::TaggedPoint> out) const;
+  map::TaggedPoint corner_sample(std::uint64_t vertex) const;
+  map::TaggedPoint edge_sample(std::uint64_t index) const;
 
   unsigned level_;
   std::uint32_t n_;
   std::uint32_t base_vertices_;
-  std::uint32_t edges_ = 0;
   std::vector<BaseTriangle> base_;
   std::vector<std::array<EdgeUse, 3>> use_;  // (faces) edge k runs from corner k to corner k + 1
-  std::vector<std::array<bool, 3>>
-      first_at_corner_;  // (faces) this face is the first at that vertex
+  std::vector<Corner> corner_of_;            // (base vertices) in the first face that has it
+  std::vector<Corner> edge_of_;              // (edges) likewise
   std::vector<std::vector<std::uint64_t>>
       row_start_;  // (levels + 1, rows) interior points new at a level, before row j
+  /// A face split block_level_ times: its grid points, as multiples of its edge vectors, and the
+  /// corners of the parts among them.
+  unsigned block_level_ = 0;
+  std::vector<GridPoint> block_point_;
+  std::vector<std::array<std::uint16_t, 3>> block_face_;
 };
 
 }  // namespace remaps::resample

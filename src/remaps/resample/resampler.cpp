@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <memory>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <utility>
 
 #include "remaps/base/workers.h"
 #include "remaps/store/bucket_file.h"
@@ -13,11 +17,67 @@ using map::PointBuckets;
 using map::SegmentMap;
 using map::TaggedPoint;
 
-std::unique_ptr<PointBuckets> make_buckets(const ResampleOptions& options, std::size_t level,
-                                           std::size_t segments, MemoryBudget& budget) {
-  return std::make_unique<PointBuckets>(options.temp_dir / ("points-" + std::to_string(level)),
-                                        segments, options.buffer_bytes / 2, budget);
+/// Memory of a segment's log in work over the bytes of its sections: unpacked and linked. While one
+/// is read there are its bytes beside it, packed and unpacked.
+constexpr std::uint64_t kLoadedFactor = 2;
+constexpr std::uint64_t kReadFactor = 2;
+
+/// What the largest segment and tile take, as often as there may be some in work or waiting.
+std::uint64_t bytes_in_work(const MapFiles& files, unsigned threads) {
+  const std::uint64_t at_a_time = threads > 1 ? 2 * std::uint64_t{threads} + 1 : 1;
+  std::uint64_t most = 0;
+  for (const store::SectionFile* log : files.logs) {
+    std::uint64_t largest = 0;
+    for (std::size_t s = 0; s + 1 < log->sections(); s += 2) {
+      largest = std::max(largest, log->raw_bytes(s) + log->raw_bytes(s + 1));
+    }
+    const std::uint64_t alive = std::min<std::uint64_t>(at_a_time, log->sections() / 2);
+    most = std::max(most, largest * (kLoadedFactor * alive + kReadFactor));
+  }
+  std::uint64_t largest = 0;
+  for (std::size_t t = 0; t < files.tiles->sections(); ++t) {
+    largest = std::max(largest, files.tiles->raw_bytes(t));
+  }
+  const std::uint64_t alive = std::min<std::uint64_t>(at_a_time, files.tiles->sections());
+  return std::max(most, largest * (kLoadedFactor * alive + kReadFactor));
 }
+
+/// Local ids in the last level's log of the base faces. On the base mesh a face is known by its
+/// number there.
+std::vector<LocalIndex> base_faces(const store::SectionFile& log) {
+  const std::string what = log.path().string() + ": segment 0";
+  store::Bytes bytes;
+  SegmentLog last;
+  log.read(0, bytes);
+  decode_records(bytes, what, last);
+  log.read(1, bytes);
+  decode_survivors(bytes, what, last);
+  return std::move(last.survivor);
+}
+
+/// All vertices of a grid as points of the last level, made when asked for.
+class GridPoints final : public map::PointSupply {
+ public:
+  GridPoints(const DyadicGrid& grid, std::vector<LocalIndex> base_face)
+      : grid_(grid), base_face_(std::move(base_face)) {}
+
+  std::size_t segments() const override { return 1; }
+  std::uint64_t count(std::size_t) const override { return grid_.vertices(); }
+  void read(std::size_t, std::uint64_t first, std::uint64_t n,
+            std::vector<TaggedPoint>& out) const override {
+    out.resize(static_cast<std::size_t>(n));
+    grid_.samples(first, out);
+    for (TaggedPoint& point : out) {
+      if (point.at.face >= base_face_.size()) throw GeometryError("there is no such base face");
+      point.at.face = base_face_[point.at.face];
+    }
+  }
+  void release(std::size_t) override {}
+
+ private:
+  const DyadicGrid& grid_;
+  std::vector<LocalIndex> base_face_;
+};
 
 /// Sends the points of each tile to the sink, in pieces.
 void visit_tiles(const store::SectionFile& tiles, PointBuckets& points,
@@ -48,52 +108,153 @@ void visit_tiles(const store::SectionFile& tiles, PointBuckets& points,
   });
 }
 
-/// Results on their way to the output order: blocks of consecutive numbers.
+/// Results on their way to the output order: blocks of consecutive numbers. Positions are Vec3 or
+/// Vec3f.
+template <class Position>
 class PositionBlocks {
  public:
-  PositionBlocks(std::uint64_t count, const ResampleOptions& options, MemoryBudget& budget)
+  PositionBlocks(std::uint64_t count, const std::filesystem::path& temp_dir,
+                 std::uint64_t buffer_bytes, MemoryBudget& budget)
       : count_(count),
-        block_(
-            std::clamp<std::uint64_t>(options.buffer_bytes / (4 * sizeof(Vec3)), 1 << 12, 1 << 22)),
-        file_(options.temp_dir / "positions",
-              static_cast<std::size_t>((count + block_ - 1) / block_), options.buffer_bytes / 4,
-              budget),
-        reservation_(budget.reserve(std::min(block_, count) * (sizeof(Vec3) + kRecordBytes),
-                                    "an output block")) {}
+        block_(std::clamp<std::uint64_t>(buffer_bytes / 2 / sizeof(Position), 1 << 12, 1 << 22)),
+        file_(temp_dir / "positions", static_cast<std::size_t>((count + block_ - 1) / block_),
+              buffer_bytes / 4, budget),
+        budget_(budget) {}
 
   void add(std::uint64_t number, const Vec3& position) {
     file_.append_record(static_cast<std::size_t>(number / block_), [&](store::Packer& packer) {
       packer.put(static_cast<std::uint32_t>(number % block_));
-      packer.put(position);
+      packer.put(stored(position));
     });
   }
 
   /// @throws CorruptionError  a number is missing
   void send(PositionSink sink) {
-    std::vector<Vec3> positions;
-    store::Bytes bytes;
+    const Reservation reservation =
+        budget_.reserve(std::min(block_, count_) * sizeof(Position), "an output block");
+    std::vector<Position> positions;
+    std::vector<Vec3> chunk;
     for (std::size_t b = 0; b < file_.buckets(); ++b) {
-      file_.take(b, bytes);
       positions.resize(static_cast<std::size_t>(std::min(block_, count_ - b * block_)));
-      if (bytes.size() != positions.size() * kRecordBytes)
+      if (file_.bytes(b) != positions.size() * kRecordBytes) {
         throw CorruptionError("samples were lost on the way");
-      store::Unpacker unpacker(bytes, "resampled positions");
-      while (!unpacker.done()) {
-        const auto number = unpacker.get<std::uint32_t>();
-        positions.at(number) = unpacker.get<Vec3>();
       }
-      sink(positions);
+      take_block(b, positions);
+      for (std::size_t first = 0; first < positions.size(); first += kChunk) {
+        const auto part = std::span(positions).subspan(first);
+        chunk.clear();
+        for (const Position& p : part.first(std::min(kChunk, part.size()))) {
+          chunk.push_back(loaded(p));
+        }
+        sink(chunk);
+      }
     }
   }
 
  private:
-  static constexpr std::size_t kRecordBytes = 4 + sizeof(Vec3);
+  static constexpr std::size_t kRecordBytes = 4 + sizeof(Position);
+  static constexpr std::size_t kChunk = 1 << 13;
+
+  static Position stored(const Vec3& p) {
+    if constexpr (std::is_same_v<Position, Vec3f>) {
+      return to_float(p);
+    } else {
+      return p;
+    }
+  }
+  static Vec3 loaded(const Position& p) {
+    if constexpr (std::is_same_v<Position, Vec3f>) {
+      return widen(p);
+    } else {
+      return p;
+    }
+  }
+
+  void take_block(std::size_t b, std::vector<Position>& positions) {
+    for (std::uint64_t at = 0; at < file_.bytes(b); at += bytes_.size()) {
+      file_.read(b, at, std::min<std::uint64_t>(file_.bytes(b) - at, kChunk * kRecordBytes),
+                 bytes_);
+      store::Unpacker unpacker(bytes_, "resampled positions");
+      while (!unpacker.done()) {
+        const auto number = unpacker.get<std::uint32_t>();
+        positions.at(number) = unpacker.get<Position>();
+      }
+    }
+    file_.release(b);
+  }
 
   std::uint64_t count_;
   std::uint64_t block_;
   store::BucketFile file_;
-  Reservation reservation_;
+  MemoryBudget& budget_;
+  store::Bytes bytes_;
 };
+
+/// Pulls points back through one level after the other.
+class Descent {
+ public:
+  Descent(const MapFiles& files, const ResampleOptions& options, MemoryBudget& budget)
+      : files_(files),
+        options_(options),
+        budget_(budget),
+        in_work_(budget.reserve(bytes_in_work(files, options.carry.threads),
+                                "the largest segment of the map")),
+        buffer_bytes_(std::min(options.buffer_bytes, budget.available() / 2)) {}
+
+  std::uint64_t buffer_bytes() const { return buffer_bytes_; }
+
+  std::unique_ptr<PointBuckets> make_buckets(const std::string& name, std::size_t segments) const {
+    return std::make_unique<PointBuckets>(options_.temp_dir / ("points-" + name), segments,
+                                          buffer_bytes_ / 2, budget_);
+  }
+
+  /// @param points  of the last level, given away
+  void run(std::unique_ptr<map::PointSupply> points, const TileSink& sink) const {
+    std::unique_ptr<PointBuckets> before;
+    for (std::size_t level = files_.logs.size(); level-- > 0;) {
+      const map::LevelMap map(*files_.logs[level]);
+      const std::size_t targets =
+          level == 0 ? files_.tiles->sections() : files_.logs[level - 1]->sections() / 2;
+      auto next = make_buckets(level == 0 ? "tiles" : std::to_string(level - 1), targets);
+      map::carry_points(map, SegmentMap::Direction::kInverse, *points, options_.carry,
+                        [&](const FaceLink& link, const TaggedPoint& point) {
+                          if (link.segment >= targets)
+                            throw CorruptionError("a log leads to a segment that does not exist");
+                          next->add(link.segment, point);
+                        });
+      if (level == 0) {
+        points.reset();
+        before = std::move(next);
+      } else {
+        points = std::move(next);
+      }
+    }
+    visit_tiles(*files_.tiles, *before, options_, sink);
+  }
+
+ private:
+  const MapFiles& files_;
+  const ResampleOptions& options_;
+  MemoryBudget& budget_;
+  const Reservation in_work_;
+  const std::uint64_t buffer_bytes_;
+};
+
+template <class Position>
+void send_positions(const MapFiles& files, const DyadicGrid& grid, const ResampleOptions& options,
+                    MemoryBudget& budget, PositionSink sink) {
+  std::optional<Descent> descent(std::in_place, files, options, budget);
+  PositionBlocks<Position> positions(grid.vertices(), options.temp_dir, descent->buffer_bytes(),
+                                     budget);
+  descent->run(std::make_unique<GridPoints>(grid, base_faces(*files.logs.back())),
+               [&](std::uint32_t, const Tile& tile, std::span<const TaggedPoint> points) {
+                 for (const TaggedPoint& point : points) {
+                   positions.add(point.tag, options.origin + position_on_tile(tile, point.at));
+                 }
+               });
+  descent.reset();
+  positions.send(sink);
+}
 
 }  // namespace
 
@@ -106,58 +267,37 @@ Vec3 position_on_tile(const Tile& tile, const map::FacePoint& at) {
 
 void pull_back(const MapFiles& files, const PointProducer& produce, const ResampleOptions& options,
                MemoryBudget& budget, const TileSink& sink) {
-  std::size_t level = files.logs.size() - 1;
-  auto points = make_buckets(options, level, 1, budget);
-  // On the base mesh a face is known by its number there; the last level's log by its local id.
-  const auto last = map::LevelMap(*files.logs[level]).load(0, SegmentMap::Direction::kInverse);
-  const std::vector<LocalIndex>& base_face = last->log.survivor;
+  const Descent descent(files, options, budget);
+  auto points = descent.make_buckets("base", 1);
+  const std::vector<LocalIndex> base_face = base_faces(*files.logs.back());
   produce([&](const TaggedPoint& point) {
     if (point.at.face >= base_face.size()) throw GeometryError("there is no such base face");
     points->add(0, {point.tag, {base_face[point.at.face], point.at.u, point.at.v}});
   });
-  for (;; --level) {
-    const map::LevelMap map(*files.logs[level]);
-    const std::size_t targets =
-        level == 0 ? files.tiles->sections() : files.logs[level - 1]->sections() / 2;
-    auto next = make_buckets(options, level == 0 ? files.logs.size() : level - 1, targets, budget);
-    map::carry_points(map, SegmentMap::Direction::kInverse, *points, options.carry,
-                      [&](const FaceLink& link, const TaggedPoint& point) {
-                        if (link.segment >= targets)
-                          throw CorruptionError("a log leads to a segment that does not exist");
-                        next->add(link.segment, point);
-                      });
-    points = std::move(next);
-    if (level == 0) break;
-  }
-  visit_tiles(*files.tiles, *points, options, sink);
+  descent.run(std::move(points), sink);
 }
 
 void resample_positions(const MapFiles& files, const DyadicGrid& grid,
                         const ResampleOptions& options, MemoryBudget& budget, PositionSink sink) {
-  PositionBlocks positions(grid.vertices(), options, budget);
-  const auto samples = [&](const std::function<void(const TaggedPoint&)>& add) {
-    grid.for_each_sample([&](std::uint64_t number, std::uint32_t face, double u, double v) {
-      add({number, {face, u, v}});
-    });
-  };
-  pull_back(files, samples, options, budget,
-            [&](std::uint32_t, const Tile& tile, std::span<const TaggedPoint> points) {
-              for (const TaggedPoint& point : points) {
-                positions.add(point.tag, options.origin + position_on_tile(tile, point.at));
-              }
-            });
-  positions.send(sink);
+  if (grid.vertices() > store::kMaxId40) {
+    throw BudgetError(std::to_string(grid.vertices()) + " vertices at level " +
+                      std::to_string(grid.level()) + ", but at most " +
+                      std::to_string(store::kMaxId40) + " can be resampled; use a lower level");
+  }
+  if (options.as_floats) {
+    send_positions<Vec3f>(files, grid, options, budget, sink);
+  } else {
+    send_positions<Vec3>(files, grid, options, budget, sink);
+  }
 }
 
 void stream_faces(const DyadicGrid& grid, Progress* progress, IndexSink sink) {
-  constexpr std::uint64_t kChunk = 1 << 14;
+  constexpr std::uint64_t kChunk = 1 << 13;
   std::vector<Triangle> chunk;
   for (std::uint64_t first = 0; first < grid.faces(); first += kChunk) {
     if (progress != nullptr) progress->check();
-    chunk.clear();
-    for (std::uint64_t f = first; f < std::min(first + kChunk, grid.faces()); ++f) {
-      chunk.push_back(grid.triangle(f));
-    }
+    chunk.resize(static_cast<std::size_t>(std::min(kChunk, grid.faces() - first)));
+    grid.triangles(first, chunk);
     sink(chunk);
   }
 }

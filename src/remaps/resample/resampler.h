@@ -17,8 +17,10 @@ namespace remaps::resample {
 struct ResampleOptions {
   map::CarryOptions carry;
   std::uint64_t buffer_bytes =
-      32 << 20;                    ///< for the write buffers of one stage and one output block
-  std::filesystem::path temp_dir;  ///< holds 25 bytes a point at a time, 28 bytes a result
+      32 << 20;  ///< for the write buffers of one stage and one output block; at most half the
+                 ///< budget that is left beside the segments in work
+  std::filesystem::path temp_dir;  ///< holds 25 bytes a point at a time, 28 bytes a result (16)
+  bool as_floats = false;          ///< positions are rounded to floats on the way
   Vec3 origin;                     ///< added to the positions of the tiles
 };
 
@@ -37,11 +39,14 @@ using TileSink = std::function<void(std::uint32_t number, const Tile& tile,
 
 /// Pulls points of the base mesh back to the input, through all levels in reverse.
 /// Cost: a pass over the points a level; every log and tile that is touched is read once.
+/// @throws BudgetError  the map's largest segment does not fit; says what would do
 void pull_back(const MapFiles& files, const PointProducer& points, const ResampleOptions& options,
                MemoryBudget& budget, const TileSink& sink);
 
 /// Resamples the surface: finds every vertex of `grid` on the input and sends the positions in the
-/// order of the grid. The output may be larger than memory.
+/// order of the grid. The output may be larger than memory. The points are made where they are
+/// first needed and pass through the disk once a level.
+/// @throws BudgetError  the map's largest segment does not fit; says what would do
 void resample_positions(const MapFiles& files, const DyadicGrid& grid,
                         const ResampleOptions& options, MemoryBudget& budget, PositionSink sink);
 
