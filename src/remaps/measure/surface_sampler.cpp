@@ -2,16 +2,20 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
+#include <utility>
 
 #include "remaps/base/errors.h"
+#include "remaps/measure/morton.h"
 
 namespace remaps {
 namespace {
 
-double area_of(const TrianglePositions& triangle) {
-  return 0.5 * norm(cross(triangle[1] - triangle[0], triangle[2] - triangle[0]));
+constexpr std::size_t kScoutsPerPiece = 512;
+constexpr int kCurveBits = 20;
+
+double area_of(const Vec3& a, const Vec3& b, const Vec3& c) {
+  return 0.5 * norm(cross(b - a, c - a));
 }
 
 /// Counter-based random bits: the finaliser of SplitMix64.
@@ -29,152 +33,231 @@ double to_unit(std::uint64_t bits) {
 /// 2^64 divided by the golden ratio: its multiples modulo 2^64 fill the range evenly.
 constexpr std::uint64_t kGolden = 0x9E3779B97F4A7C15u;
 
-/// Puts two zero bits before each of the lowest 20 bits.
-std::uint64_t spread_bits(std::uint64_t x) {
-  x = (x | (x << 32)) & 0x001F00000000FFFFu;
-  x = (x | (x << 16)) & 0x001F0000FF0000FFu;
-  x = (x | (x << 8)) & 0x100F00F00F00F00Fu;
-  x = (x | (x << 4)) & 0x10C30C30C30C30C3u;
-  return (x | (x << 2)) & 0x1249249249249249u;
+/// @param fraction  uniform in [0, 1]: the share of the triangle's area nearer to corner 0
+/// @param across    uniform in [0, 1]
+Vec3 point_in(const TrianglePositions& triangle, double fraction, double across) {
+  const double r = std::sqrt(fraction);
+  return (1 - r) * triangle[0] + r * (1 - across) * triangle[1] + r * across * triangle[2];
 }
 
-/// Places on the Morton curve of a cube about a box, of 2^20 cells along each side.
-class MortonCurve {
+/// Walks through the triangles of a piece along their area.
+class AreaWalk {
  public:
-  explicit MortonCurve(const Box3& box)
-      : low_(box.low),
-        cells_(kSide /
-               std::max({box.high.x - box.low.x, box.high.y - box.low.y, box.high.z - box.low.z})) {
+  explicit AreaWalk(const SurfacePiece& piece) : piece_(piece) { step(); }
+
+  /// Steps on to the triangle that holds a place; to the last that has an area, if rounding puts
+  /// the place behind it.
+  void go_to(double at) {
+    while (at >= end_ && next_ < piece_.triangle.size()) step();
+    fraction_ = std::clamp((at - begin_) / (end_ - begin_), 0.0, 1.0);
   }
 
-  std::uint64_t place(const Vec3& p) const {
-    return spread_bits(cell(p.x - low_.x)) | spread_bits(cell(p.y - low_.y)) << 1 |
-           spread_bits(cell(p.z - low_.z)) << 2;
-  }
+  Vec3 point(double across) const { return point_in(corners_, fraction_, across); }
 
  private:
-  static constexpr double kSide = 0x1p20;
-
-  std::uint64_t cell(double offset) const {
-    return static_cast<std::uint64_t>(std::clamp(offset * cells_, 0.0, kSide - 1));
+  void step() {
+    while (next_ < piece_.triangle.size()) {
+      const auto& t = piece_.triangle[next_];
+      ++next_;
+      const double area =
+          area_of(piece_.position[t[0]], piece_.position[t[1]], piece_.position[t[2]]);
+      if (!(end_ + area > end_)) continue;
+      begin_ = end_;
+      end_ += area;
+      corners_ = piece_.corners(next_ - 1);
+      return;
+    }
   }
 
-  Vec3 low_;
-  double cells_;
+  const SurfacePiece& piece_;
+  std::size_t next_ = 0;
+  double begin_ = 0, end_ = 0, fraction_ = 0;
+  TrianglePositions corners_;
 };
 
-/// Walks along the stream and makes the points of a range as it passes them.
-class Walker {
- public:
-  Walker(const SurfaceSummary& summary, const SamplingPlan& plan, std::uint64_t first,
-         std::uint64_t last, std::vector<SurfacePoint>& points)
-      : summary_(summary),
-        plan_(plan),
-        first_(first),
-        last_(last),
-        next_(first),
-        curve_(summary.box),
-        seed_(hash(plan.seed + kGolden)),
-        points_(points) {}
+/// What a pass tells of a piece.
+struct PieceSummary {
+  Box3 box;
+  double area = 0;
+  std::size_t triangles = 0;
+  std::vector<Vec3> scouts;
+};
 
-  void pass(const TrianglePositions& triangle) {
-    const double area = area_of(triangle);
-    const double end = walked_ + area;
-    for (; next_ < std::min(last_, plan_.samples); ++next_) {
-      const double at = area_position(next_);
-      if (at >= end) break;
-      add(point_at(triangle, std::clamp((at - walked_) / area, 0.0, 1.0), next_), 0);
+Box3 box_of(const SurfacePiece& piece, std::vector<std::uint8_t>& used) {
+  used.assign(piece.position.size(), 0);
+  for (const auto& t : piece.triangle) used[t[0]] = used[t[1]] = used[t[2]] = 1;
+  Box3 box;
+  for (std::size_t v = 0; v < used.size(); ++v) {
+    if (used[v] == 0) continue;
+    const Vec3& p = piece.position[v];
+    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
+  }
+  return box;
+}
+
+double area_of(const SurfacePiece& piece) {
+  double sum = 0;
+  for (const auto& t : piece.triangle) {
+    sum += area_of(piece.position[t[0]], piece.position[t[1]], piece.position[t[2]]);
+  }
+  return sum;
+}
+
+/// The first triangle without a finite area.
+std::size_t find_wild_triangle(const SurfacePiece& piece) {
+  std::size_t i = 0;
+  while (i + 1 < piece.triangle.size()) {
+    const auto& t = piece.triangle[i];
+    if (!std::isfinite(area_of(piece.position[t[0]], piece.position[t[1]], piece.position[t[2]]))) {
+      break;
     }
-    if (plan_.corners) add_corners(triangle);
-    walked_ = end;
-    ++index_;
+    ++i;
+  }
+  return i;
+}
+
+/// Keeps points so that each lies in another stretch of the area than the one before it; the
+/// stretches grow as the points become too many.
+class ScoutCollector {
+ public:
+  ScoutCollector(std::vector<Vec3>& scouts, std::size_t most)
+      : scouts_(scouts), most_(most), stride_(0) {}
+
+  void add(const Vec3& point, double at) {
+    if (!places_.empty() && !apart(places_.back(), at)) return;
+    if (scouts_.size() == most_) {
+      stride_ = std::max(2 * stride_, 2 * at / static_cast<double>(most_));
+      std::size_t kept = 1;
+      for (std::size_t i = 1; i < places_.size(); ++i) {
+        if (!apart(places_[kept - 1], places_[i])) continue;
+        scouts_[kept] = scouts_[i];
+        places_[kept++] = places_[i];
+      }
+      scouts_.resize(kept);
+      places_.resize(kept);
+      if (scouts_.size() == most_ || !apart(places_.back(), at)) return;
+    }
+    scouts_.push_back(point);
+    places_.push_back(at);
   }
 
  private:
-  /// How far along the surface sample k lies: somewhere in its own part of the area.
-  double area_position(std::uint64_t k) const {
-    const double parts = static_cast<double>(k) + to_unit(hash(seed_ + k * kGolden));
-    const double at = parts * (summary_.area / static_cast<double>(plan_.samples));
-    return std::min(at, std::nextafter(summary_.area, 0.0));
+  bool apart(double a, double b) const {
+    return stride_ == 0 || std::floor(b / stride_) > std::floor(a / stride_);
   }
 
-  /// @param fraction  uniform in [0, 1]: the share of the triangle's area nearer to corner 0
-  Vec3 point_at(const TrianglePositions& triangle, double fraction, std::uint64_t k) const {
-    const double r = std::sqrt(fraction);
-    const double v = to_unit(seed_ + k * kGolden);
-    return (1 - r) * triangle[0] + r * (1 - v) * triangle[1] + r * v * triangle[2];
-  }
-
-  void add_corners(const TrianglePositions& triangle) {
-    for (std::uint64_t i = 0; i < 3; ++i) {
-      const std::uint64_t k = plan_.samples + 3 * index_ + i;
-      if (k >= first_ && k < last_) add(triangle[i], 1);
-    }
-  }
-
-  void add(const Vec3& position, std::uint64_t corner) {
-    points_.push_back({.position = position,
-                       .distance2 = std::numeric_limits<double>::infinity(),
-                       .key = curve_.place(position) << 1 | corner});
-  }
-
-  const SurfaceSummary& summary_;
-  const SamplingPlan& plan_;
-  const std::uint64_t first_;
-  const std::uint64_t last_;
-  std::uint64_t next_;
-  const MortonCurve curve_;
-  const std::uint64_t seed_;
-  std::vector<SurfacePoint>& points_;
-  double walked_ = 0;
-  std::uint64_t index_ = 0;
+  std::vector<Vec3>& scouts_;
+  std::vector<double> places_;  // along the area
+  const std::size_t most_;
+  double stride_;
 };
 
 }  // namespace
 
-SurfaceSummary summarise_surface(const TriangleSource& surface, std::size_t scouts_max,
-                                 const Progress* progress) {
+SurfaceSummary summarise_surface(const SurfacePieces& surface, std::size_t scouts_max,
+                                 unsigned threads, const Progress* progress) {
   SurfaceSummary summary;
-  std::uint64_t stride = 1;
-  surface([&](std::span<const TrianglePositions> chunk) {
-    if (progress != nullptr) progress->check();
-    for (const TrianglePositions& triangle : chunk) {
-      const double area = area_of(triangle);
-      if (!std::isfinite(area)) {
-        throw GeometryError("triangle " + std::to_string(summary.triangles) +
-                            ": coordinates not finite, or too large");
-      }
-      summary.area += area;
-      for (const Vec3& corner : triangle) summary.box.add(corner);
-      if (summary.triangles++ % stride != 0) continue;
-      if (summary.scouts.size() == scouts_max) {  // keep every other one
-        std::size_t kept = 0;
-        for (std::size_t i = 0; i < scouts_max; i += 2) summary.scouts[kept++] = summary.scouts[i];
-        summary.scouts.resize(kept);
-        stride *= 2;
-        if ((summary.triangles - 1) % stride != 0) continue;
-      }
-      summary.scouts.push_back(triangle);
+  ScoutCollector collector(summary.scouts, std::max<std::size_t>(scouts_max, 1));
+  std::vector<std::vector<std::uint8_t>> used(std::max(threads, 1u));
+  const auto commit = [&](const PieceSummary& piece) {
+    summary.pieces.push_back({piece.box, summary.area, summary.triangles});
+    const double step = piece.area / static_cast<double>(kScoutsPerPiece);
+    double at = summary.area + 0.5 * step;
+    for (const Vec3& scout : piece.scouts) collector.add(scout, std::exchange(at, at + step));
+    summary.area += piece.area;
+    summary.triangles += piece.triangles;
+    summary.largest_piece = std::max<std::uint64_t>(summary.largest_piece, piece.triangles);
+    if (!piece.box.empty()) {
+      summary.box.add(piece.box.low);
+      summary.box.add(piece.box.high);
     }
-  });
+  };
+  surface.stream(
+      threads, [](std::size_t) { return true; },
+      [&](std::size_t, const SurfacePiece& piece, unsigned lane) -> Commit {
+        if (progress != nullptr) progress->check();
+        PieceSummary found;
+        found.triangles = piece.triangle.size();
+        found.area = area_of(piece);
+        if (!std::isfinite(found.area)) {
+          return [&summary, wild = find_wild_triangle(piece)] {
+            throw GeometryError("triangle " + std::to_string(summary.triangles + wild) +
+                                ": coordinates not finite, or too large");
+          };
+        }
+        found.box = box_of(piece, used[lane]);
+        if (found.area > 0) {
+          AreaWalk walk(piece);
+          const double step = found.area / static_cast<double>(kScoutsPerPiece);
+          for (std::size_t i = 0; i < kScoutsPerPiece; ++i) {
+            walk.go_to((static_cast<double>(i) + 0.5) * step);
+            found.scouts.push_back(walk.point(0.5));
+          }
+        }
+        return [&commit, found = std::move(found)] { commit(found); };
+      });
   if (summary.triangles == 0) throw GeometryError("the surface has no triangles");
   if (!(summary.area > 0)) throw GeometryError("the surface has no area");
   return summary;
 }
 
-void sample_surface(const TriangleSource& surface, const SurfaceSummary& summary,
-                    const SamplingPlan& plan, std::uint64_t first, std::uint64_t last,
-                    std::vector<SurfacePoint>& points, const Progress* progress) {
-  points.clear();
-  points.reserve(last - first);
-  Walker walker(summary, plan, first, last, points);
-  surface([&](std::span<const TrianglePositions> chunk) {
-    if (progress != nullptr) progress->check();
-    for (const TrianglePositions& triangle : chunk) walker.pass(triangle);
-  });
-  if (points.size() != last - first) throw GeometryError("the surface changed between two passes");
-  std::sort(points.begin(), points.end(),
-            [](const SurfacePoint& a, const SurfacePoint& b) { return a.key < b.key; });
+SurfaceSampler::SurfaceSampler(const SurfaceSummary& summary, const SamplingPlan& plan)
+    : summary_(summary), plan_(plan), seed_(hash(plan.seed + kGolden)) {}
+
+/// How far along the surface sample k lies: somewhere in its own part of the area.
+double SurfaceSampler::area_position(std::uint64_t k) const {
+  const double parts = static_cast<double>(k) + to_unit(hash(seed_ + k * kGolden));
+  const double at = parts * (summary_.area / static_cast<double>(plan_.samples));
+  return std::min(at, std::nextafter(summary_.area, 0.0));
+}
+
+/// The first sample of the plan whose place is not before that.
+std::uint64_t SurfaceSampler::first_from(double area) const {
+  const double parts = area / (summary_.area / static_cast<double>(plan_.samples));
+  std::uint64_t k = parts > 1 ? static_cast<std::uint64_t>(parts) - 1 : 0;
+  k = std::clamp(k, plan_.first_sample, plan_.last_sample);
+  while (k < plan_.last_sample && area_position(k) < area) ++k;
+  return k;
+}
+
+bool SurfaceSampler::touches(std::size_t piece) const {
+  const bool last = piece + 1 == summary_.pieces.size();
+  const SurfaceSummary::Piece& here = summary_.pieces[piece];
+  const double area_end = last ? summary_.area : summary_.pieces[piece + 1].area_before;
+  const std::uint64_t triangles_end =
+      last ? summary_.triangles : summary_.pieces[piece + 1].triangles_before;
+  return first_from(here.area_before) < first_from(area_end) ||
+         (3 * here.triangles_before < plan_.last_corner && 3 * triangles_end > plan_.first_corner);
+}
+
+void SurfaceSampler::sample(std::size_t number, const SurfacePiece& piece,
+                            SurfacePoints& points) const {
+  points.samples.clear();
+  points.corners.clear();
+  if (number >= summary_.pieces.size()) return;
+  const MortonCurve curve(summary_.box, kCurveBits);
+  const auto add = [&](std::vector<SurfacePoint>& to, const Vec3& p) {
+    to.push_back({p, curve.place(p)});
+  };
+  const SurfaceSummary::Piece& here = summary_.pieces[number];
+  const double end = number + 1 == summary_.pieces.size() ? summary_.area
+                                                          : summary_.pieces[number + 1].area_before;
+  const std::uint64_t last = first_from(end);
+  std::uint64_t k = first_from(here.area_before);
+  if (k < last) {
+    AreaWalk walk(piece);
+    for (; k < last; ++k) {
+      walk.go_to(area_position(k) - here.area_before);
+      add(points.samples, walk.point(to_unit(seed_ + k * kGolden)));
+    }
+  }
+  const std::uint64_t before = 3 * here.triangles_before;
+  const std::uint64_t past = before + 3 * piece.triangle.size();
+  for (std::uint64_t c = std::max(plan_.first_corner, before);
+       c < std::min(plan_.last_corner, past); ++c) {
+    add(points.corners, piece.position[piece.triangle[(c - before) / 3][(c - before) % 3]]);
+  }
 }
 
 }  // namespace remaps

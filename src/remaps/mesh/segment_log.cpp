@@ -32,6 +32,27 @@ void get_deltas(Unpacker& unpacker, std::uint64_t count, std::vector<std::uint64
   throw CorruptionError(what + ": " + why);
 }
 
+/// The part of a tile before its ids.
+void get_surface(Unpacker& unpacker, const std::string& what, Tile& tile) {
+  tile.clear();
+  tile.own_vertices = unpacker.get<LocalIndex>();
+  const auto vertices = unpacker.get<std::uint32_t>();
+  const auto faces = unpacker.get<std::uint32_t>();
+  if (tile.own_vertices > vertices) refuse(what, "more own vertices than vertices");
+  unpacker.get_vector(vertices, tile.position);
+  if (faces > unpacker.left() / 3) refuse(what, "more faces announced than there are bytes for");
+  tile.triangle.resize(faces);
+  std::int64_t before = 0;
+  for (auto& t : tile.triangle) {
+    for (LocalIndex& v : t) {
+      before += unpacker.get_signed();
+      if (before < 0 || before >= vertices)
+        refuse(what, "a face names a vertex that does not exist");
+      v = static_cast<LocalIndex>(before);
+    }
+  }
+}
+
 }  // namespace
 
 void SegmentLog::clear() {
@@ -137,26 +158,15 @@ Bytes encode_tile(const Tile& tile) {
 
 void decode_tile(store::ByteSpan bytes, const std::string& what, Tile& tile) {
   Unpacker unpacker(bytes, what);
-  tile.clear();
-  tile.own_vertices = unpacker.get<LocalIndex>();
-  const auto vertices = unpacker.get<std::uint32_t>();
-  const auto faces = unpacker.get<std::uint32_t>();
-  if (tile.own_vertices > vertices) refuse(what, "more own vertices than vertices");
-  unpacker.get_vector(vertices, tile.position);
-  if (faces > unpacker.left() / 3) refuse(what, "more faces announced than there are bytes for");
-  tile.triangle.resize(faces);
-  std::int64_t before = 0;
-  for (auto& t : tile.triangle) {
-    for (LocalIndex& v : t) {
-      before += unpacker.get_signed();
-      if (before < 0 || before >= vertices)
-        refuse(what, "a face names a vertex that does not exist");
-      v = static_cast<LocalIndex>(before);
-    }
-  }
-  get_deltas(unpacker, vertices, tile.vertex_id);
-  get_deltas(unpacker, faces, tile.face_id);
+  get_surface(unpacker, what, tile);
+  get_deltas(unpacker, tile.position.size(), tile.vertex_id);
+  get_deltas(unpacker, tile.triangle.size(), tile.face_id);
   if (!unpacker.done()) refuse(what, "bytes are left over");
+}
+
+void decode_tile_surface(store::ByteSpan bytes, const std::string& what, Tile& tile) {
+  Unpacker unpacker(bytes, what);
+  get_surface(unpacker, what, tile);
 }
 
 void decode_tile_face_ids(store::ByteSpan bytes, const std::string& what,

@@ -59,6 +59,10 @@ store::Bytes encode_tile(const Tile& tile);
 /// @throws CorruptionError  names `what`
 void decode_tile(store::ByteSpan bytes, const std::string& what, Tile& tile);
 
+/// Reads all but the ids, whose lists are left empty and are not checked.
+/// @throws CorruptionError  names `what`
+void decode_tile_surface(store::ByteSpan bytes, const std::string& what, Tile& tile);
+
 /// Reads the face ids alone: the rest is passed over, not decoded.
 /// @throws CorruptionError  names `what`
 void decode_tile_face_ids(store::ByteSpan bytes, const std::string& what,

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <vector>
 
+#include "remaps/base/workers.h"
 #include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/measure/surface_error.h"
+#include "remaps/measure/surface_pieces.h"
 #include "remaps/pipeline/vertex_spool.h"
 #include "remaps/resample/dyadic_grid.h"
 #include "remaps/resample/fit.h"
@@ -38,6 +40,37 @@ TriangleSource triangles_of_tiles(const store::SectionFile& tiles) {
     }
   };
 }
+
+/// The input surface, a tile a piece.
+class TilePieces final : public SurfacePieces {
+ public:
+  explicit TilePieces(const store::SectionFile& tiles) : tiles_(tiles) {}
+
+  void stream(unsigned threads, FunctionRef<bool(std::size_t piece)> wanted,
+              const Work& work) const override {
+    std::vector<Lane> lanes(std::max(threads, 1u));
+    run_ordered(tiles_.sections(), threads, [&](std::size_t i, unsigned number) -> Commit {
+      if (!wanted(i)) return [] {};
+      Lane& lane = lanes[number];
+      tiles_.read(i, lane.bytes);
+      decode_tile_surface(lane.bytes, tiles_.path().string() + ": tile " + std::to_string(i),
+                          lane.tile);
+      lane.piece.clear();
+      for (const Vec3f& p : lane.tile.position) lane.piece.position.push_back(widen(p));
+      lane.piece.triangle.swap(lane.tile.triangle);
+      return work(i, lane.piece, number);
+    });
+  }
+
+ private:
+  struct Lane {
+    store::Bytes bytes;
+    Tile tile;
+    SurfacePiece piece;
+  };
+
+  const store::SectionFile& tiles_;
+};
 
 /// Sums up the quality of the map from the faces of the semi-regular mesh, which come base face by
 /// base face.
@@ -87,16 +120,25 @@ void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan
   const TriangleSource output =
       triangles_of(*reader, lookup, spool.origin() - bundle.manifest().origin);
 
+  // The first pass over the output is also that of the meter.
   QualityMeter meter(job.level);
-  output([&](std::span<const TrianglePositions> triangles) { meter.add(triangles); });
-  report.quality = meter.result();
+  bool metered = false;
+  const TriangleSource metered_output = [&](TriangleSink sink) {
+    output([&](std::span<const TrianglePositions> triangles) {
+      if (!metered) meter.add(triangles);
+      sink(triangles);
+    });
+    metered = true;
+  };
 
   SurfaceErrorOptions options;
   options.samples = job.samples;
   options.threads = job.threads;
   options.memory_bytes = std::max<std::uint64_t>(plan.budget_bytes / 2, 8 << 20);
   options.progress = &progress;
-  report.error = measure_surface_error(triangles_of_tiles(bundle.tiles()), output, options);
+  report.error =
+      measure_surface_error(TilePieces(bundle.tiles()), StreamedPieces(metered_output), options);
+  report.quality = meter.result();
 }
 
 /// Resamples, fits and writes: with --fit the output is held in memory, otherwise it streams.

@@ -1,0 +1,194 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "remaps/measure/float4.h"
+
+namespace remaps {
+
+struct Float3 {
+  float x = 0, y = 0, z = 0;
+};
+
+/// Axis-aligned box; empty until something is added.
+struct FloatBox {
+  Float3 low{std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
+             std::numeric_limits<float>::infinity()};
+  Float3 high{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+              -std::numeric_limits<float>::infinity()};
+
+  void add(const Float3& p) {
+    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+  }
+  void add(const FloatBox& box) {
+    add(box.low);
+    add(box.high);
+  }
+  float extent() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
+};
+
+/// Squared distance between two boxes; 0 if they meet.
+inline float box_distance2(const FloatBox& a, const FloatBox& b) {
+  const float x = std::max({a.low.x - b.high.x, b.low.x - a.high.x, 0.0f});
+  const float y = std::max({a.low.y - b.high.y, b.low.y - a.high.y, 0.0f});
+  const float z = std::max({a.low.z - b.high.z, b.low.z - a.high.z, 0.0f});
+  return x * x + y * y + z * z;
+}
+
+/// A hierarchy of float boxes that is made in time proportional to their number.
+///
+/// The items are put in the order of a space-filling curve, by counting; each 16 neighbours are a
+/// group, and each 16 neighbouring groups one of the next level. Boxes of a group lie side by side,
+/// so that a point is compared with all of them at once.
+class BoxTree {
+ public:
+  static constexpr unsigned kWidth = 16;
+
+  /// Boxes side by side; those that are not set are infinitely far from everything.
+  struct alignas(64) Group {
+    std::array<std::array<float, kWidth>, 3> low, high;
+
+    void clear();
+    void set(unsigned i, const FloatBox& box);
+    FloatBox box(unsigned i) const {
+      return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}};
+    }
+  };
+
+  /// A box of some level. At level 0 `index` is the number of an item.
+  struct Entry {
+    std::uint32_t level = 0;
+    std::uint32_t index = 0;
+  };
+
+  /// @param items  one or more
+  void build(std::span<const FloatBox> items);
+
+  Entry root() const { return {static_cast<std::uint32_t>(first_.size()), 0}; }
+  const FloatBox& box() const { return box_; }
+
+  /// Calls visit(box, entry) for the children of an entry above level 0 that lie within reach of a
+  /// box.
+  template <class Visit>
+  void for_children(Entry entry, const FloatBox& from, float reach2, Visit&& visit) const {
+    const Group& group = group_of(entry);
+    Distances distances(group, from);
+    for (unsigned near = distances.within(reach2); near != 0; near &= near - 1) {
+      const auto i = static_cast<unsigned>(std::countr_zero(near));
+      visit(group.box(i), child(entry, i));
+    }
+  }
+
+  /// Looks for items near a point below the entries of a group, nearest boxes first.
+  ///
+  /// @param entries  of the boxes of the group
+  /// @param reach2   squared distance beyond which boxes are passed by, finite; visit may lower it
+  /// @param visit    called with the number of an item whose box is within reach
+  template <class Visit>
+  void search(const Group& group, const Entry* entries, const Float3& p, float& reach2,
+              Visit&& visit) const {
+    search_group(
+        group, [&](unsigned i) { return entries[i]; }, p, reach2, visit);
+  }
+  /// The same below the root.
+  template <class Visit>
+  void search(const Float3& p, float& reach2, Visit&& visit) const {
+    search_below(root(), p, reach2, visit);
+  }
+
+  /// The bytes of a tree of so many items.
+  static constexpr std::uint64_t kBytesPerItem = 32;
+
+ private:
+  /// Squared distances of the boxes of a group.
+  class Distances {
+   public:
+    Distances(const Group& group, const FloatBox& from) {
+      const Float4 low_x = Float4::all(from.low.x), high_x = Float4::all(from.high.x);
+      const Float4 low_y = Float4::all(from.low.y), high_y = Float4::all(from.high.y);
+      const Float4 low_z = Float4::all(from.low.z), high_z = Float4::all(from.high.z);
+      for (unsigned i = 0; i < kWidth; i += 4) {
+        const auto gap = [&](Float4 low, Float4 high, unsigned axis) {
+          const Float4 above = Float4::load(&group.low[axis][i]) - high;
+          const Float4 below = low - Float4::load(&group.high[axis][i]);
+          return max(max(above, below), Float4::all(0));
+        };
+        const Float4 x = gap(low_x, high_x, 0), y = gap(low_y, high_y, 1),
+                     z = gap(low_z, high_z, 2);
+        (x * x + y * y + z * z).store(&value_[i]);
+      }
+    }
+
+    /// Bit i: box i is no further than that.
+    unsigned within(float reach2) const {
+      unsigned bits = 0;
+      for (unsigned i = 0; i < kWidth; i += 4) {
+        bits |= at_most(Float4::load(&value_[i]), Float4::all(reach2)) << i;
+      }
+      return bits;
+    }
+
+    /// The nearest of some.
+    unsigned nearest(unsigned bits) const {
+      auto best = static_cast<unsigned>(std::countr_zero(bits));
+      for (bits &= bits - 1; bits != 0; bits &= bits - 1) {
+        const auto i = static_cast<unsigned>(std::countr_zero(bits));
+        best = value_[i] < value_[best] ? i : best;
+      }
+      return best;
+    }
+
+   private:
+    alignas(16) std::array<float, kWidth> value_;
+  };
+
+  template <class EntryOf, class Visit>
+  void search_group(const Group& group, EntryOf&& entry_of, const Float3& p, float& reach2,
+                    Visit& visit) const {
+    const Distances distances(group, {p, p});
+    unsigned left = ~0u;
+    while (const unsigned near = distances.within(reach2) & left) {
+      const unsigned i = distances.nearest(near);
+      left &= ~(1u << i);
+      search_below(entry_of(i), p, reach2, visit);
+    }
+  }
+  template <class Visit>
+  void search_below(Entry entry, const Float3& p, float& reach2, Visit& visit) const {
+    if (entry.level == 0) {
+      visit(entry.index);
+    } else {
+      search_group(
+          group_of(entry), [&](unsigned i) { return child(entry, i); }, p, reach2, visit);
+    }
+  }
+
+  const Group& group_of(Entry entry) const {
+    return groups_[first_[entry.level - 1] + entry.index];
+  }
+  Entry child(Entry entry, std::uint32_t i) const {
+    const std::uint32_t at = kWidth * entry.index + i;
+    return {entry.level - 1, entry.level == 1 ? order_[at] : at};
+  }
+
+  void sort(std::span<const FloatBox> items);
+  void add_level(std::span<const FloatBox> boxes, bool sorted);
+
+  std::uint32_t items_ = 0;
+  FloatBox box_;
+  std::vector<Group> groups_;                 // level by level, the items' first
+  std::vector<std::uint32_t> first_, count_;  // of each level, in groups_
+  std::vector<std::uint32_t> order_;          // of items along the curve
+  std::vector<std::uint32_t> cell_, past_;    // of each item; past the items of each cell
+  std::vector<FloatBox> level_box_, below_box_;
+};
+
+}  // namespace remaps
