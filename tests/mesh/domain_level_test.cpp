@@ -181,6 +181,37 @@ TEST_F(DomainLevelFiles, TakesIdsOf39BitsAndRefusesLargerOnes) {
   EXPECT_EQ(s.face_id, (std::vector<FaceId>{last}));
 }
 
+TEST_F(DomainLevelFiles, TakesAFewBytesARecordOfACoherentMesh) {
+  MemoryBudget budget(std::uint64_t{64} << 20);
+  DomainLevel domain(0, SpaceCut(), directory(), 1 << 16, budget);
+  constexpr VertexId kWidth = 500;
+  const std::uint64_t before = store::disk_usage().now;
+  for (VertexId v = 0; v < kWidth * kWidth; ++v) domain.add_vertex({v, {}, 0}, {});
+  const std::uint64_t vertices = store::disk_usage().now - before;
+  FaceId f = 0;
+  for (VertexId v = 0; v + kWidth + 1 < kWidth * kWidth; ++v) {
+    const auto corner = [](VertexId id) { return RoutedVertex{id, {}, 0}; };
+    domain.add_face({corner(v), corner(v + 1), corner(v + kWidth)}, {f++, 0, {}});
+    domain.add_face({corner(v + 1), corner(v + kWidth + 1), corner(v + kWidth)}, {f++, 0, {}});
+  }
+  const std::uint64_t faces = store::disk_usage().now - before - vertices;
+  EXPECT_LT(double(vertices), 13.1 * kWidth * kWidth);
+  EXPECT_LT(double(faces), 7.1 * double(f));
+}
+
+TEST(VertexIndex, TakesATableWhereIdsAreDense) {
+  VertexIndex index;
+  for (const VertexId low : {VertexId{0}, VertexId{1} << 38}) {
+    index.reset(100, low, low + 999);
+    for (VertexId id = low; id < low + 1000; id += 3) {
+      ASSERT_EQ(index[id], kNoIndex);
+      index[id] = static_cast<LocalIndex>(id - low);
+    }
+    for (VertexId id = low; id < low + 1000; id += 3)
+      ASSERT_EQ(index[id], static_cast<LocalIndex>(id - low));
+  }
+}
+
 TEST(VertexIndex, FindsEveryIdAgain) {
   VertexIndex index;
   for (const std::size_t n : {0u, 1u, 100u, 5000u}) {

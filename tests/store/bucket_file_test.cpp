@@ -1,6 +1,7 @@
 #include "remaps/store/bucket_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -14,7 +15,8 @@
 namespace remaps::store {
 namespace {
 
-constexpr std::size_t kBlock = 512;  // the least, and what few buffer bytes give
+constexpr std::size_t kOnDisk = 512;         // the least, and what few buffer bytes give
+constexpr std::size_t kBlock = kOnDisk - 8;  // of them, without the checksum
 
 class BucketFileTest : public test::TempFiles {
  protected:
@@ -56,7 +58,7 @@ TEST_F(BucketFileTest, NeverTouchesTheDiskForWhatFillsNoBlock) {
   for (std::size_t b = 0; b < 4; ++b) file.append(b, random_bytes(kBlock - 1, b));
   EXPECT_EQ(size_on_disk(), 0u);
   file.append(2, random_bytes(1, 9));
-  EXPECT_EQ(size_on_disk(), kBlock);
+  EXPECT_EQ(size_on_disk(), kOnDisk);
 }
 
 TEST_F(BucketFileTest, KeepsManyBucketsApart) {
@@ -88,7 +90,9 @@ TEST_F(BucketFileTest, KeepsManyBucketsApart) {
   }
 }
 
-TEST_F(BucketFileTest, UsesFreedBlocksAgain) {
+TEST_F(BucketFileTest, UsesFreedSpaceAgain) {
+  const std::uint64_t before = disk_usage().now;
+  restart_disk_peak();
   BucketFile file(path(), 8, 1, budget_);
   const Bytes data = random_bytes(10 * kBlock, 1);
   Bytes back;
@@ -99,7 +103,44 @@ TEST_F(BucketFileTest, UsesFreedBlocksAgain) {
       ASSERT_EQ(back, data);
     }
   }
-  EXPECT_EQ(size_on_disk(), 8 * data.size());
+  constexpr std::uint64_t kExtent = 64 << 10;
+  EXPECT_LE(size_on_disk(), 8 * kExtent);
+  EXPECT_EQ(disk_usage().now, before);
+  EXPECT_EQ(disk_usage().peak, before + 8 * 10 * kOnDisk);
+}
+
+TEST_F(BucketFileTest, GivesSpaceBackToTheFileSystem) {
+  BucketFile file(path(), 2, 1, budget_);
+  const auto allocated = [&] {
+    struct stat status {};
+    EXPECT_EQ(::stat(path().c_str(), &status), 0);
+    return static_cast<std::uint64_t>(status.st_blocks) * 512;
+  };
+  file.append(0, random_bytes(1 << 20, 1));
+  file.append(1, random_bytes(1 << 20, 2));
+  const std::uint64_t full = allocated();
+  EXPECT_GE(full, 2u << 20);
+  file.release(0);
+  EXPECT_LT(allocated(), full / 2 + (64 << 10));
+  Bytes back;
+  file.take(1, back);
+  EXPECT_EQ(back, random_bytes(1 << 20, 2));
+}
+
+TEST_F(BucketFileTest, GrowsOneBucketThroughAllSizesOfExtents) {
+  BucketFile file(path(), 2, 1, budget_);
+  const Bytes piece = random_bytes(10'007, 4);
+  constexpr std::uint64_t kPieces = 8000;  // 80 MB; extents reach 16 MiB
+  for (std::uint64_t i = 0; i < kPieces; ++i) file.append(0, piece);
+  Bytes back;
+  for (std::uint64_t i = 0; i < kPieces; i += 97) {
+    file.read(0, i * piece.size(), piece.size(), back);
+    ASSERT_EQ(back, piece) << i;
+  }
+  file.read(0, 31'000'000, 20'014, back);
+  EXPECT_EQ(back.size(), 20'014u);
+  EXPECT_EQ(back[5], piece[31'000'005 % piece.size()]);
+  EXPECT_EQ(back[20'000], piece[31'020'000 % piece.size()]);
 }
 
 TEST_F(BucketFileTest, FindsAFlippedByteAnywhereOnDisk) {
@@ -107,7 +148,7 @@ TEST_F(BucketFileTest, FindsAFlippedByteAnywhereOnDisk) {
   const Bytes data = random_bytes(3 * kBlock, 3);
   file.append(0, data);
   const File disk = File::open_read(path());
-  for (std::uint64_t at = 0; at < data.size(); at += 61) {
+  for (std::uint64_t at = 0; at < 3 * kOnDisk; at += 61) {
     std::byte original{};
     disk.read_at(at, {&original, 1});
     const auto put = [&](std::byte value) {
@@ -126,7 +167,7 @@ TEST_F(BucketFileTest, FindsAFlippedByteAnywhereOnDisk) {
 TEST_F(BucketFileTest, FindsATruncatedFile) {
   BucketFile file(path(), 1, 1, budget_);
   file.append(0, random_bytes(3 * kBlock, 3));
-  std::filesystem::resize_file(path(), 2 * kBlock + 100);
+  std::filesystem::resize_file(path(), 2 * kOnDisk + 100);
   Bytes back;
   EXPECT_NO_THROW(file.read(0, 0, 2 * kBlock, back));
   EXPECT_THROW(file.read(0, 0, 3 * kBlock, back), CorruptionError);
@@ -175,7 +216,7 @@ TEST_F(BucketFileTest, PacksRecordsOfAnySize) {
 TEST_F(BucketFileTest, HoldsAReservationAndRemovesItsFile) {
   {
     const BucketFile file(path(), 4, 4 * 2048, budget_);
-    EXPECT_EQ(budget_.total() - budget_.available(), 4u * 2048);
+    EXPECT_EQ(budget_.total() - budget_.available(), 4u * (2048 + BucketFile::kBucketOverhead));
     EXPECT_TRUE(std::filesystem::exists(path()));
   }
   EXPECT_EQ(budget_.total(), budget_.available());

@@ -28,16 +28,38 @@ struct FacePayload {
   FaceLink origin;
 };
 
-/// Finds the local index of a global vertex id; kept as scratch between segments.
+/// Finds the local index of a global vertex id; kept as scratch between segments. A table over the
+/// range of ids where they lie close together, else a hash table.
 class VertexIndex {
  public:
-  void reset(std::size_t expected);
+  void reset(std::size_t expected) { reset(expected, 0, ~VertexId{0}); }
+  /// @param low, high  bounds of the ids that will be asked for
+  void reset(std::size_t expected, VertexId low, VertexId high);
   /// @return  the slot for id: kNoIndex until it is set
-  LocalIndex& operator[](VertexId id);
+  LocalIndex& operator[](VertexId id) { return dense_ ? table_[id - low_] : hashed(id); }
 
  private:
-  std::vector<VertexId> key_;
-  std::vector<LocalIndex> value_;
+  struct Entry {
+    VertexId key;
+    LocalIndex value;
+  };
+
+  LocalIndex& hashed(VertexId id) {
+    std::uint64_t at = (id * 0x9E3779B97F4A7C15u) >> 20 & mask_;
+    while (entries_[at].key != id) {
+      if (entries_[at].key == ~VertexId{0}) {
+        entries_[at].key = id;
+        break;
+      }
+      at = (at + 1) & mask_;
+    }
+    return entries_[at].value;
+  }
+
+  bool dense_ = false;
+  VertexId low_ = 0;
+  std::vector<LocalIndex> table_;
+  std::vector<Entry> entries_;
   std::uint64_t mask_ = 0;
 };
 
@@ -65,21 +87,60 @@ class DomainLevel {
   /// @return  where the face is at home
   FaceLink add_face(const std::array<RoutedVertex, 3>& corner, const FacePayload& payload);
 
+  /// The same for a face whose foreign corners are added by themselves: see foreign_corners. Only
+  /// ids and segments of the corners are used.
+  FaceLink add_face_alone(const std::array<RoutedVertex, 3>& corner, const FacePayload& payload);
+  /// Adds a vertex to a segment that it is foreign to, where a face brings it.
+  void add_foreign(std::size_t segment, const RoutedVertex& vertex) {
+    put_vertex(segment, vertex, nullptr);
+  }
+  /// Calls add(segment, vertex) for each corner of a face that is foreign in the segment of
+  /// another.
+  template <class Add>
+  static void foreign_corners(const std::array<RoutedVertex, 3>& corner, Add&& add) {
+    for (unsigned i = 0; i < 3; ++i) {
+      const std::uint32_t segment = corner[i].segment;
+      if ((i > 0 && segment == corner[0].segment) || (i > 1 && segment == corner[1].segment))
+        continue;
+      for (const RoutedVertex& other : corner) {
+        if (other.segment != segment) add(segment, other);
+      }
+    }
+  }
+
   /// Loads a segment and frees its space. Safe on several threads for different segments.
   /// @param origin  (home faces) where they were at the level before; empty at level 0
   void load(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin);
 
  private:
+  /// What is known of a segment while it is written. Records say how they differ from the one
+  /// before in their bucket.
+  struct Bucket {
+    VertexId vertex = 0;       // of the vertex before
+    VertexId corner = 0;       // first of the face before
+    FaceId face = 0;           // of the face before, or where it was
+    std::uint32_t origin = 0;  // segment where that was
+    LocalIndex home_faces = 0;
+    LocalIndex faces = 0;
+    LocalIndex own_vertices = 0;
+    LocalIndex vertex_records = 0;
+    VertexId low = ~VertexId{0};
+    VertexId high = 0;
+  };
+
   void put_vertex(std::size_t segment, const RoutedVertex& vertex, const Quadric* quadric);
+  void put_face(std::size_t segment, const std::array<RoutedVertex, 3>& corner,
+                const FacePayload& payload, bool home);
   void load_vertices(std::size_t segment, VertexIndex& scratch, Segment& out);
   void load_faces(std::size_t segment, VertexIndex& scratch, Segment& out,
                   std::vector<FaceLink>& origin);
 
   unsigned level_;
   SpaceCut cut_;
+  Reservation reservation_;
   store::BucketFile vertex_file_;
   store::BucketFile face_file_;
-  std::vector<LocalIndex> home_faces_;  // (segments) so far
+  std::vector<Bucket> buckets_;  // (segments)
   std::uint64_t vertices_ = 0;
   std::uint64_t faces_ = 0;
   std::uint64_t mixed_faces_ = 0;

@@ -7,9 +7,22 @@
 namespace remaps::store {
 namespace {
 
-std::size_t block_size(std::size_t buckets, std::uint64_t buffer_bytes) {
+constexpr std::uint64_t kChecksum = sizeof(std::uint64_t);
+constexpr std::uint64_t kFirstExtent = 64 << 10;
+/// Extents double so many times.
+constexpr std::size_t kDoublings = 8;
+/// Blocks are read together up to so many bytes.
+constexpr std::uint64_t kReadBytes = 256 << 10;
+
+/// The file system takes back whole pages only.
+std::uint64_t whole_pages(std::uint64_t bytes) {
+  constexpr std::uint64_t kPage = 4096;
+  return (bytes + kPage - 1) / kPage * kPage;
+}
+
+std::uint64_t block_size(std::size_t buckets, std::uint64_t buffer_bytes) {
   const std::uint64_t share = buffer_bytes / std::max<std::size_t>(buckets, 1);
-  return static_cast<std::size_t>(std::clamp<std::uint64_t>(share, 512, 256 << 10));
+  return std::clamp<std::uint64_t>(share / 512 * 512, 512, 256 << 10);
 }
 
 }  // namespace
@@ -17,11 +30,14 @@ std::size_t block_size(std::size_t buckets, std::uint64_t buffer_bytes) {
 BucketFile::BucketFile(const std::filesystem::path& path, std::size_t buckets,
                        std::uint64_t buffer_bytes, MemoryBudget& budget)
     : block_bytes_(block_size(buckets, buffer_bytes)),
-      reservation_(
-          budget.reserve(block_bytes_ * buckets, "buffers for " + path.filename().string())),
+      payload_(block_bytes_ - kChecksum),
+      first_extent_(std::max<std::uint64_t>(kFirstExtent / block_bytes_, 1)),
+      reservation_(budget.reserve((block_bytes_ + kBucketOverhead) * buckets,
+                                  "buffers for " + path.filename().string())),
       path_(path),
       file_(File::create(path)),
-      buckets_(buckets) {}
+      buckets_(buckets),
+      free_(kDoublings + 1) {}
 
 BucketFile::~BucketFile() {
   std::error_code ignored;
@@ -30,70 +46,130 @@ BucketFile::~BucketFile() {
 
 std::uint64_t BucketFile::total_bytes() const {
   std::uint64_t sum = 0;
-  for (const Bucket& bucket : buckets_) sum += bucket.bytes;
+  for (std::size_t i = 0; i < buckets_.size(); ++i) sum += bytes(i);
   return sum;
 }
 
-void BucketFile::append(std::size_t index, ByteSpan data) {
-  Bucket& bucket = buckets_[index];
-  bucket.bytes += data.size();
+std::uint64_t BucketFile::extent_blocks(std::size_t extent) const {
+  return first_extent_ << std::min(extent, kDoublings);
+}
+
+BucketFile::Place BucketFile::place_of(std::uint64_t block) const {
+  std::size_t extent = 0;
+  while (block >= extent_blocks(extent)) {
+    if (extent >= kDoublings) {
+      extent += static_cast<std::size_t>(block / extent_blocks(extent));
+      return {extent, block % extent_blocks(extent)};
+    }
+    block -= extent_blocks(extent++);
+  }
+  return {extent, block};
+}
+
+/// Blocks written in an extent.
+std::uint64_t BucketFile::blocks_in(const Bucket& bucket, std::size_t extent) const {
+  const Place end = place_of(bucket.blocks);
+  return extent < end.extent ? extent_blocks(extent) : end.block;
+}
+
+void BucketFile::append_across(Bucket& bucket, ByteSpan data) {
   while (!data.empty()) {
-    if (bucket.filling.capacity() < block_bytes_) bucket.filling.reserve(block_bytes_);
-    const std::size_t part = std::min(data.size(), block_bytes_ - bucket.filling.size());
-    bucket.filling.insert(bucket.filling.end(), data.begin(), data.begin() + std::ptrdiff_t(part));
+    if (bucket.block == nullptr) {
+      bucket.block = std::make_unique_for_overwrite<std::byte[]>(block_bytes_);
+      bucket.end = bucket.block.get() + kChecksum;
+      bucket.room = static_cast<std::uint32_t>(payload_);
+    }
+    const std::size_t part = std::min<std::size_t>(data.size(), bucket.room);
+    std::memcpy(bucket.end, data.data(), part);
+    bucket.end += part;
+    bucket.room -= static_cast<std::uint32_t>(part);
     data = data.subspan(part);
-    if (bucket.filling.size() == block_bytes_) flush(bucket);
+    if (bucket.room == 0) flush(bucket);
   }
 }
 
+std::uint64_t BucketFile::new_extent(std::size_t extent) {
+  const std::size_t size = std::min(extent, kDoublings);
+  const std::scoped_lock lock(mutex_);
+  if (free_[size].empty()) {
+    const std::uint64_t offset = end_;
+    end_ += whole_pages(extent_blocks(size) * block_bytes_);
+    return offset;
+  }
+  const std::uint64_t offset = free_[size].back();
+  free_[size].pop_back();
+  return offset;
+}
+
 void BucketFile::flush(Bucket& bucket) {
-  std::uint64_t offset = 0;
-  {
-    const std::scoped_lock lock(mutex_);
-    if (free_.empty()) {
-      offset = end_;
-      end_ += block_bytes_;
-    } else {
-      offset = free_.back();
-      free_.pop_back();
+  const Place place = place_of(bucket.blocks);
+  if (place.extent == bucket.extents.size()) bucket.extents.push_back(new_extent(place.extent));
+  std::byte* block = bucket.block.get();
+  const std::uint64_t checksum = XXH3_64bits(block + kChecksum, payload_);
+  std::memcpy(block, &checksum, kChecksum);
+  file_.write_at(bucket.extents[place.extent] + place.block * block_bytes_, {block, block_bytes_});
+  ++bucket.blocks;
+  bucket.end = block + kChecksum;
+  bucket.room = static_cast<std::uint32_t>(payload_);
+  const std::scoped_lock lock(mutex_);
+  disk_.grow(block_bytes_);
+}
+
+/// Reads block `first` and up to `most` - 1 that lie behind it on disk.
+void BucketFile::read_blocks(const Bucket& bucket, std::uint64_t first, std::uint64_t most,
+                             Bytes& out) const {
+  const Place place = place_of(first);
+  const std::uint64_t together = std::max<std::uint64_t>(kReadBytes / block_bytes_, 1);
+  const std::uint64_t count =
+      std::min({most, together, blocks_in(bucket, place.extent) - place.block});
+  const std::uint64_t offset = bucket.extents[place.extent] + place.block * block_bytes_;
+  out.resize(static_cast<std::size_t>(count * block_bytes_));
+  file_.read_at(offset, out);
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::byte* block = out.data() + i * block_bytes_;
+    std::uint64_t checksum = 0;
+    std::memcpy(&checksum, block, kChecksum);
+    if (XXH3_64bits(block + kChecksum, payload_) != checksum) {
+      throw CorruptionError(path_.string() + ": block at byte " +
+                            std::to_string(offset + i * block_bytes_) +
+                            " fails its checksum; the disk or another program changed it");
     }
   }
-  file_.write_at(offset, bucket.filling);
-  bucket.blocks.push_back({offset, XXH3_64bits(bucket.filling.data(), bucket.filling.size())});
-  bucket.filling.clear();
 }
 
 void BucketFile::read(std::size_t index, std::uint64_t offset, std::uint64_t bytes,
                       Bytes& out) const {
   const Bucket& bucket = buckets_[index];
   out.resize(static_cast<std::size_t>(bytes));
-  thread_local Bytes whole;
+  thread_local Bytes blocks;
   std::size_t done = 0;
+  const auto copy = [&](const std::byte* payload, std::uint64_t from, std::uint64_t size) {
+    const auto part = static_cast<std::size_t>(std::min<std::uint64_t>(size - from, bytes - done));
+    std::memcpy(out.data() + done, payload + from, part);
+    done += part;
+  };
   while (done < out.size()) {
-    const std::uint64_t at = offset + done;
-    const auto number = static_cast<std::size_t>(at / block_bytes_);
-    const auto within = static_cast<std::size_t>(at % block_bytes_);
-    ByteSpan source = bucket.filling;
-    if (number < bucket.blocks.size()) {
-      const Block& block = bucket.blocks[number];
-      whole.resize(block_bytes_);
-      file_.read_at(block.offset, whole);
-      if (XXH3_64bits(whole.data(), whole.size()) != block.checksum) {
-        throw CorruptionError(path_.string() + ": block at byte " + std::to_string(block.offset) +
-                              " fails its checksum; the disk or another program changed it");
-      }
-      source = whole;
+    const std::uint64_t number = (offset + done) / payload_;
+    std::uint64_t within = (offset + done) % payload_;
+    if (number >= bucket.blocks) {
+      copy(bucket.block.get() + kChecksum, within, waiting(bucket));
+      continue;
     }
-    source = source.subspan(within, std::min(source.size() - within, out.size() - done));
-    std::copy(source.begin(), source.end(), out.begin() + std::ptrdiff_t(done));
-    done += source.size();
+    const std::uint64_t last = (offset + bytes - 1) / payload_;
+    read_blocks(bucket, number, std::min(last, bucket.blocks - 1) - number + 1, blocks);
+    for (std::size_t at = 0; at < blocks.size(); at += block_bytes_, within = 0)
+      copy(blocks.data() + at + kChecksum, within, payload_);
   }
 }
 
 void BucketFile::release(std::size_t index) {
   Bucket& bucket = buckets_[index];
+  for (std::size_t e = 0; e < bucket.extents.size(); ++e)
+    file_.punch_hole(bucket.extents[e], whole_pages(blocks_in(bucket, e) * block_bytes_));
   const std::scoped_lock lock(mutex_);
-  for (const Block& block : bucket.blocks) free_.push_back(block.offset);
+  for (std::size_t e = 0; e < bucket.extents.size(); ++e)
+    free_[std::min(e, kDoublings)].push_back(bucket.extents[e]);
+  disk_.shrink(bucket.blocks * block_bytes_);
   bucket = {};
 }
 

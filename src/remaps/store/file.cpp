@@ -89,6 +89,15 @@ void File::write_at(std::uint64_t offset, ByteSpan data) {
   bytes_written += data.size();
 }
 
+void File::punch_hole(std::uint64_t offset, std::uint64_t bytes) {
+  const int mode = FALLOC_FL_PUNCH_HOLE | FALLOC_FL_KEEP_SIZE;
+  int result = 0;
+  do {
+    result = ::fallocate(descriptor_, mode, static_cast<off_t>(offset), static_cast<off_t>(bytes));
+  } while (result != 0 && errno == EINTR);
+  if (result != 0 && errno != EOPNOTSUPP && errno != ENOSYS) fail("free space");
+}
+
 void File::close() {
   const int descriptor = std::exchange(descriptor_, -1);
   if (descriptor >= 0 && ::close(descriptor) != 0) fail("close");

@@ -31,6 +31,8 @@ class File {
   /// @throws CorruptionError  the file ends before that
   void read_at(std::uint64_t offset, std::span<std::byte> data) const;
   void write_at(std::uint64_t offset, ByteSpan data);
+  /// Gives the space of a part back to the file system, where that can. It reads as zeros then.
+  void punch_hole(std::uint64_t offset, std::uint64_t bytes);
   void close();
 
   const std::filesystem::path& path() const { return path_; }
