@@ -1,6 +1,10 @@
 #include "remaps/pipeline/ingest.h"
 
 #include <algorithm>
+#include <optional>
+
+#include "remaps/base/overlap.h"
+#include "remaps/pipeline/face_join.h"
 
 namespace remaps::pipeline {
 namespace {
@@ -20,22 +24,94 @@ void route_vertices(const VertexSpool& spool, DomainLevel& level, Progress& prog
   }
 }
 
-std::uint64_t route_faces(IndexedMeshReader& reader, VertexLookup& lookup, DomainLevel& level,
-                          Progress& progress) {
-  std::uint64_t faces = 0;
-  reader.read_triangles([&](std::span<const Triangle> triangles) {
-    for (const Triangle& t : triangles) {
-      std::array<RoutedVertex, 3> corner;
-      for (std::size_t i = 0; i < 3; ++i) {
-        const VertexLookup::Entry& entry = lookup[t[i]];
-        corner[i] = {t[i], entry.position, entry.segment};
-      }
-      level.add_face(corner, {faces++, 0, {}});
+/// Faces between two looks at how the vertex cache does.
+constexpr std::uint64_t kStretch = 1 << 16;
+
+/// A piece of the face stream on its way from the parsing thread.
+struct FaceChunk {
+  std::vector<Triangle> triangle;
+  double fraction = 0;  // of the file
+};
+
+/// Routes faces to their segments, through the vertex cache as long as that serves, else by a join.
+class FaceRouter {
+ public:
+  FaceRouter(const VertexSpool& spool, DomainLevel& level, const MemoryPlan& plan,
+             const std::filesystem::path& directory, MemoryBudget& budget, Progress& progress)
+      : spool_(spool),
+        level_(level),
+        plan_(plan),
+        directory_(directory),
+        budget_(budget),
+        progress_(progress) {
+    if (FaceJoin::ranges(spool.vertices(), level.segments(), plan) == 1) {
+      join_.emplace(spool, level, true, plan, directory, budget);
+    } else {
+      lookup_.emplace(spool, &level.cut(), plan.cache_bytes, budget);
+      route_vertices(spool, level, progress);
     }
-    progress.advance(0.4 + 0.6 * double(reader.bytes_read()) /
-                               double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
-  });
-  return faces;
+  }
+
+  void add(const FaceChunk& chunk) {
+    for (const Triangle& t : chunk.triangle) {
+      if (lookup_ && faces_ % kStretch == 0) look_at_cache();
+      join_ ? join_->add(t, faces_) : add_from_cache(t);
+      ++faces_;
+    }
+    progress_.advance(0.4 + 0.5 * chunk.fraction);
+  }
+
+  std::uint64_t finish() {
+    if (join_) join_->finish([&](double fraction) { progress_.advance(0.9 + 0.1 * fraction); });
+    return faces_;
+  }
+
+ private:
+  void add_from_cache(const Triangle& t) {
+    std::array<RoutedVertex, 3> corner;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const VertexLookup::Entry& entry = (*lookup_)[t[i]];
+      corner[i] = {t[i], entry.position, entry.segment};
+    }
+    level_.add_face(corner, {faces_, 0, {}});
+  }
+
+  /// Goes over to the join for good when a block was read for every eighth face lately. Depends on
+  /// nothing but the input and the plan.
+  void look_at_cache() {
+    const std::uint64_t misses = lookup_->misses();
+    if (8 * (misses - misses_before_) > kStretch) {
+      lookup_.reset();
+      join_.emplace(spool_, level_, false, plan_, directory_, budget_);
+    }
+    misses_before_ = misses;
+  }
+
+  const VertexSpool& spool_;
+  DomainLevel& level_;
+  const MemoryPlan& plan_;
+  const std::filesystem::path& directory_;
+  MemoryBudget& budget_;
+  Progress& progress_;
+  std::optional<VertexLookup> lookup_;
+  std::optional<FaceJoin> join_;
+  std::uint64_t faces_ = 0;
+  std::uint64_t misses_before_ = 0;
+};
+
+void read_faces(IndexedMeshReader& reader, FaceRouter& router, bool overlap) {
+  const double total = double(std::max<std::uint64_t>(reader.bytes_total(), 1));
+  run_overlapped<FaceChunk>(
+      overlap,
+      [&](FunctionRef<void(FaceChunk&)> send) {
+        FaceChunk chunk;
+        reader.read_triangles([&](std::span<const Triangle> triangles) {
+          chunk.triangle.assign(triangles.begin(), triangles.end());
+          chunk.fraction = double(reader.bytes_read()) / total;
+          send(chunk);
+        });
+      },
+      [&](const FaceChunk& chunk) { router.add(chunk); });
 }
 
 }  // namespace
@@ -46,7 +122,8 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan) {
 }
 
 Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
-                const std::filesystem::path& temp_dir, MemoryBudget& budget, Progress& progress) {
+                const std::filesystem::path& temp_dir, unsigned threads, MemoryBudget& budget,
+                Progress& progress) {
   progress.begin("ingest");
   Ingested result;
   result.sample = PositionSample(kSampleSize);
@@ -61,9 +138,9 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   std::vector<Vec3f> sample(result.sample.kept().begin(), result.sample.kept().end());
   const SpaceCut cut(sample, segments_for(2 * result.vertices, plan), 0);
   result.level = std::make_unique<DomainLevel>(0, cut, temp_dir, plan.bucket_bytes, budget);
-  VertexLookup lookup(spool, &result.level->cut(), plan.cache_bytes, budget);
-  route_vertices(spool, *result.level, progress);
-  result.faces = route_faces(reader, lookup, *result.level, progress);
+  FaceRouter router(spool, *result.level, plan, temp_dir, budget, progress);
+  read_faces(reader, router, threads > 1);
+  result.faces = router.finish();
   if (result.faces == 0) throw GeometryError("the mesh has no faces");
   return result;
 }

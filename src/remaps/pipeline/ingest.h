@@ -27,8 +27,10 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan);
 
 /// Reads an input in any order and routes its vertices and faces to the segments of the first
 /// level.
+/// @param threads  with more than one, parsing overlaps with routing; the result is the same
 /// @throws InputError  malformed; GeometryError: no faces
 Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
-                const std::filesystem::path& temp_dir, MemoryBudget& budget, Progress& progress);
+                const std::filesystem::path& temp_dir, unsigned threads, MemoryBudget& budget,
+                Progress& progress);
 
 }  // namespace remaps::pipeline

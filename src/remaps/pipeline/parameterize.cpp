@@ -64,7 +64,7 @@ class Parameterizer {
  private:
   void read_input() {
     const auto reader = open_mesh_reader(job_.input);
-    ingested_ = ingest(*reader, plan_, job_.temp_dir, budget_, progress_);
+    ingested_ = ingest(*reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
     report_.bytes_read += reader->bytes_read_total();
     report_.input_path = job_.input.string();
     report_.input_vertices = ingested_.vertices;

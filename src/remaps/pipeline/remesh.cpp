@@ -10,6 +10,7 @@
 #include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/pipeline/bundle.h"
+#include "remaps/pipeline/disk_plan.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/output.h"
 #include "remaps/pipeline/parameterize.h"
@@ -92,9 +93,12 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   const bool has_bundle = !options.bundle.empty();
   const std::filesystem::path bundle_target = without_slash(options.bundle);
   if (has_bundle) check_bundle_target(bundle_target);
-  const store::TempDir temp(!options.temp_dir.empty()
-                                ? options.temp_dir
-                                : parent_of(has_output ? options.output : bundle_target));
+  const std::filesystem::path temp_parent =
+      !options.temp_dir.empty() ? options.temp_dir
+                                : parent_of(has_output ? options.output : bundle_target);
+  report.planned_temp_bytes = temporary_bytes_needed(options.input);
+  check_disk_space(report.planned_temp_bytes, temp_parent);
+  const store::TempDir temp(temp_parent);
   std::optional<Staged> staged_output;
   std::optional<Staged> staged_bundle;
   if (has_output) staged_output.emplace(options.output);

@@ -30,7 +30,10 @@ std::string to_json(const Report& r) {
   json["memory_budget_bytes"] = r.memory_budget_bytes;
   json["domain_buffer"] = r.domain_buffer;
   json["map_buffer"] = r.map_buffer;
-  json["io"] = {{"bytes_read", r.bytes_read}, {"bytes_written", r.bytes_written}};
+  json["io"] = {{"bytes_read", r.bytes_read},
+                {"bytes_written", r.bytes_written},
+                {"peak_temp_bytes", r.peak_temp_bytes},
+                {"planned_temp_bytes", r.planned_temp_bytes}};
   json["sweeps"] = Json::array();
   for (const Report::Sweep& sweep : r.sweeps) {
     json["sweeps"].push_back({{"faces_in", sweep.faces_in},

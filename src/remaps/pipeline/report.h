@@ -44,6 +44,7 @@ struct Report {
   double cpu_seconds = 0;
   std::uint64_t peak_rss_bytes = 0, memory_budget_bytes = 0;
   std::uint64_t bytes_read = 0, bytes_written = 0;
+  std::uint64_t peak_temp_bytes = 0, planned_temp_bytes = 0;
   unsigned threads = 1;
   std::uint64_t domain_buffer = 0, map_buffer = 0;
   std::vector<Sweep> sweeps;

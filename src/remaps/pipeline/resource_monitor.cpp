@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "remaps/store/disk_usage.h"
+
 namespace remaps::pipeline {
 namespace {
 
@@ -33,7 +35,9 @@ ResourceMonitor::ResourceMonitor()
     : start_(std::chrono::steady_clock::now()),
       cpu_at_start_(cpu_seconds()),
       io_at_start_(store::io_counts()),
-      thread_([this] { watch(); }) {}
+      thread_([this] { watch(); }) {
+  store::restart_disk_peak();
+}
 
 ResourceMonitor::~ResourceMonitor() {
   {
@@ -71,6 +75,7 @@ void ResourceMonitor::finish(Report& report) {
   const store::IoCounts io = store::io_counts();
   report.bytes_read += io.read - io_at_start_.read;
   report.bytes_written += io.written - io_at_start_.written;
+  report.peak_temp_bytes = store::disk_usage().peak;
   const std::scoped_lock lock(mutex_);
   report.memory_trace = trace_;
   report.memory_trace.push_back({report.seconds_total, resident_bytes()});

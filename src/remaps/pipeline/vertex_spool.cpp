@@ -44,6 +44,7 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
 
 void VertexSpool::flush() {
   file_.write_at((vertices_ - waiting_.size()) * sizeof(Vec3f), std::as_bytes(std::span(waiting_)));
+  disk_.grow(waiting_.size() * sizeof(Vec3f));
   waiting_.clear();
 }
 
@@ -66,6 +67,7 @@ VertexLookup::VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::u
 }
 
 const VertexLookup::Entry& VertexLookup::load(VertexId v) {
+  ++misses_;
   while (used_[hand_]) {
     used_[hand_] = 0;
     hand_ = (hand_ + 1) % slots_;

@@ -11,6 +11,7 @@
 #include "remaps/mesh/indexed_stream.h"
 #include "remaps/mesh/space_cut.h"
 #include "remaps/mesh/triangle_stream.h"
+#include "remaps/store/disk_usage.h"
 #include "remaps/store/file.h"
 
 namespace remaps::pipeline {
@@ -45,6 +46,7 @@ class VertexSpool {
 
   std::filesystem::path path_;
   store::File file_;
+  store::DiskShare disk_;
   Vec3 origin_;
   Box3 box_;
   std::uint64_t vertices_ = 0;
@@ -64,6 +66,9 @@ class VertexLookup {
   /// @param cache_bytes  memory for blocks, reserved from the budget
   VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::uint64_t cache_bytes,
                MemoryBudget& budget);
+
+  /// Blocks read so far.
+  std::uint64_t misses() const { return misses_; }
 
   const Entry& operator[](VertexId v) {
     const std::uint32_t slot = slot_of_block_[v / kBlock];
@@ -90,6 +95,7 @@ class VertexLookup {
   std::vector<std::uint64_t> block_in_slot_;
   std::vector<std::uint8_t> used_;  // second chance
   std::size_t hand_ = 0;
+  std::uint64_t misses_ = 0;
   std::vector<Vec3f> buffer_;
 };
 
