@@ -145,7 +145,7 @@ struct Sides {
   unsigned left = 0, near = 0;
 };
 
-Sides sides_of(const Stop& r, GridPoint from, const PlanarPoint& p) {
+[[gnu::always_inline]] inline Sides sides_of(const Stop& r, GridPoint from, const PlanarPoint& p) {
   Sides sides;
   const double dx = p.x - from.x;
   const double dy = p.y - from.y;
@@ -163,7 +163,7 @@ Sides sides_of(const Stop& r, GridPoint from, const PlanarPoint& p) {
 
 /// One step of apply_forward for points that no exact arithmetic is needed for; the same results.
 /// @return  the slot of the new triangle, or kMaxRing when the point needs apply_forward
-unsigned step_forward(const Stop& r, unsigned slot, Walker& point) {
+[[gnu::always_inline]] inline unsigned step_forward(const Stop& r, unsigned slot, Walker& point) {
   const unsigned n = r.ring_size();
   const std::array<double, 3> weight{1 - point.u - point.v, point.u, point.v};
   const unsigned turn = r.turn(slot);
@@ -192,7 +192,7 @@ unsigned step_forward(const Stop& r, unsigned slot, Walker& point) {
 }
 
 /// The same for apply_inverse.
-unsigned step_inverse(const Stop& r, unsigned slot, Walker& point) {
+[[gnu::always_inline]] inline unsigned step_inverse(const Stop& r, unsigned slot, Walker& point) {
   const unsigned n = r.ring_size();
   const unsigned at = r.apex();
   const GridPoint p0 = r.ring(at);
@@ -221,7 +221,7 @@ unsigned step_inverse(const Stop& r, unsigned slot, Walker& point) {
 }
 
 template <Direction direction>
-void step(const std::uint32_t* words, Walker& point) {
+[[gnu::always_inline]] inline void step(const std::uint32_t* words, Walker& point) {
   const Stop r{words};
   const unsigned slot = point.link & 15u;
   unsigned out = direction == Direction::kForward ? step_forward(r, slot, point)
