@@ -16,7 +16,7 @@ void route_vertices(const VertexSpool& spool, DomainLevel& level, Progress& prog
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       level.add_vertex({first + i, chunk[i], level.cut().segment_of(chunk[i])}, {});
     }
-    progress.advance(0.3 + 0.1 * double(first + chunk.size()) / double(spool.vertices()));
+    progress.advance(0.15 + 0.2 * double(first + chunk.size()) / double(spool.vertices()));
   }
 }
 
@@ -32,8 +32,7 @@ std::uint64_t route_faces(IndexedMeshReader& reader, VertexLookup& lookup, Domai
       }
       level.add_face(corner, {faces++, 0, {}});
     }
-    progress.advance(0.4 + 0.6 * double(reader.bytes_read()) /
-                               double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
+    progress.advance(0.35 + 0.65 * reader.pass_fraction());
   });
   return faces;
 }
@@ -51,7 +50,7 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   Ingested result;
   result.sample = PositionSample(kSampleSize);
   VertexSpool spool(temp_dir / "vertices");
-  spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.3 * fraction); });
+  spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.15 * fraction); });
   if (spool.vertices() == 0) throw GeometryError("the mesh has no vertices");
   result.vertices = spool.vertices();
   result.origin = spool.origin();
