@@ -30,10 +30,7 @@ struct MeshInfo {
 
 MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
   const auto reader = open_mesh_reader(path);
-  const auto advance = [&] {
-    progress.advance(static_cast<double>(reader->bytes_read()) /
-                     static_cast<double>(reader->bytes_total()));
-  };
+  const auto advance = [&] { progress.advance(reader->pass_fraction()); };
   MeshInfo info;
   info.bytes = reader->bytes_total();
   progress.begin("vertices");

@@ -9,6 +9,7 @@
 #include <cstdlib>
 
 #include "number_text.h"
+#include "remaps/base/time_left.h"
 #include "standard_output.h"
 
 namespace remaps::cli {
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::size_t kPhaseColumns = 12;
 constexpr std::size_t kLongestBar = 40, kShortestBar = 8;
+constexpr std::size_t kTextColumns = 52;  // of percentage and times, beside the bar
 constexpr double kLeastLoggedSeconds = 5;
 constexpr auto kRedraw = std::chrono::milliseconds(100);
 
@@ -57,16 +59,22 @@ std::string bar_text(double fraction, std::size_t columns, bool utf8) {
   return bar;
 }
 
-/// Elapsed and left in the phase; and since the start, if that was another phase.
+/// Elapsed and left in the phase; then percentage and time left of the whole job, or without a plan
+/// the time since it began if that was another phase.
 std::string times_text(const ProgressView& view) {
   std::string text = clock_text(view.phase_seconds);
   if (view.stopping) return text + ", stopping";
-  if (view.fraction > 0.01 && view.fraction < 1 && view.phase_seconds >= 1) {
-    text += fmt::format(", {} left",
-                        clock_text(view.phase_seconds * (1 - view.fraction) / view.fraction + 0.5));
-  }
-  if (view.total_seconds > view.phase_seconds + 1) {
-    text += fmt::format(" ({} in all)", clock_text(view.total_seconds));
+  const TimeLeft left =
+      time_left(view.fraction, view.phase_seconds, view.total_seconds, view.shares);
+  // Half a second more: what is nearly over has a second left, not none.
+  if (left.phase && view.fraction < 1)
+    text += fmt::format(", {} left", clock_text(*left.phase + 0.5));
+  if (left.run) {
+    text += fmt::format("; in all {:.0f} %, {} left",
+                        std::floor(100 * view.total_seconds / (view.total_seconds + *left.run)),
+                        clock_text(*left.run + 0.5));
+  } else if (view.total_seconds > view.phase_seconds + 1) {
+    text += fmt::format("; {} in all", clock_text(view.total_seconds));
   }
   return text;
 }
@@ -83,7 +91,7 @@ std::string progress_line(const ProgressView& view, std::size_t columns, bool ut
     // The bar keeps its length while the times beside it come and go.
     const std::size_t room = std::max<std::size_t>(columns - std::min(columns, text), kShortestBar);
     const std::size_t wanted =
-        columns > head.size() + 42 ? columns - head.size() - 42 : kShortestBar;
+        columns > head.size() + kTextColumns ? columns - head.size() - kTextColumns : kShortestBar;
     return fmt::format("{}  {} {}", head,
                        bar_text(fraction, std::min({room, wanted, kLongestBar}), utf8), tail);
   }
@@ -113,6 +121,7 @@ void ProgressBar::update(std::string_view phase, double fraction) {
   if (mode_ == Mode::kQuiet) return;
   const std::lock_guard lock(mutex_);
   fraction_ = fraction;
+  shares_ = progress_.run();
   if (phase == phase_) return;
   log_phase();
   phase_ = phase;
@@ -135,9 +144,12 @@ void ProgressBar::draw_until_stopped() {
 
 void ProgressBar::draw(std::unique_lock<std::mutex>& lock) {
   const Clock::time_point now = Clock::now();
-  const ProgressView view{
-      phase_, fraction_, std::chrono::duration<double>(now - phase_start_).count(),
-      std::chrono::duration<double>(now - start_).count(), progress_.cancelled()};
+  const ProgressView view{phase_,
+                          fraction_,
+                          std::chrono::duration<double>(now - phase_start_).count(),
+                          std::chrono::duration<double>(now - start_).count(),
+                          shares_,
+                          progress_.cancelled()};
   drawn_ = true;
   lock.unlock();  // a slow terminal must not hold up the job
   // One column stays free: writing the last one wraps on some terminals.

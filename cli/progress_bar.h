@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
@@ -15,14 +16,16 @@ namespace remaps::cli {
 /// What the bar shows at one moment.
 struct ProgressView {
   std::string phase;
-  double fraction = 0;       // of the phase, 0 to 1
-  double phase_seconds = 0;  // since the phase began
-  double total_seconds = 0;  // since the job began
+  double fraction = 0;                             // of the phase, 0 to 1
+  double phase_seconds = 0;                        // since the phase began
+  double total_seconds = 0;                        // since the job began
+  std::optional<RunShares> shares = std::nullopt;  // of the job, if it has a plan
   bool stopping = false;
 };
 
 /// One line of at most `columns` characters, without control characters:
-/// "sweep 2  ███████▌       47 %  0:12, 0:14 left, 1:03 in all".
+/// "sweep 2  ███████▌       47 %  0:12, 0:14 left; in all 61 %, 0:41 left". Of a job without a plan
+/// it ends "; 1:03 in all", the time since the job began.
 std::string progress_line(const ProgressView& view, std::size_t columns, bool utf8);
 
 /// Shows a job's progress on standard error, and lets Ctrl-C stop the job.
@@ -55,6 +58,7 @@ class ProgressBar {
   std::condition_variable stop_;
   std::string phase_;
   double fraction_ = 0;
+  std::optional<RunShares> shares_;
   Clock::time_point phase_start_ = start_;
   bool stopping_ = false;
   bool drawn_ = false;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "remaps/simplify/draft_simplifier.h"
 #include "remaps/simplify/sampling_load.h"
 #include "support/cut_shape.h"
 
@@ -14,7 +15,7 @@ simplify::SimplifyOptions simplify_options(std::size_t target) {
 }
 
 SimplifiedShape simplify_shape(const Shape& shape, const simplify::SimplifyOptions& options,
-                               const std::vector<std::uint8_t>& locked) {
+                               const std::vector<std::uint8_t>& locked, bool draft) {
   SimplifiedShape result;
   result.segment = whole_segment(shape);
   if (!locked.empty()) result.segment.locked = locked;
@@ -22,9 +23,11 @@ SimplifiedShape simplify_shape(const Shape& shape, const simplify::SimplifyOptio
       result.patch.build(shape.position.size(), result.segment.own_vertices, shape.triangle);
   EXPECT_EQ(defect.kind, ManifoldDefect::Kind::kNone);
   simplify::initialize_loads(result.patch, diagonal_of(shape), result.segment);
-  simplify::Simplifier simplifier;
-  result.left = simplifier.run(options, result.segment, result.patch, shape.position.size(),
-                               result.log, result.removed);
+  const auto run = [&](auto simplifier) {
+    result.left = simplifier.run(options, result.segment, result.patch, shape.position.size(),
+                                 result.log, result.removed);
+  };
+  draft ? run(simplify::DraftSimplifier()) : run(simplify::Simplifier());
   return result;
 }
 

@@ -7,6 +7,7 @@
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
 #include "remaps/formats/format_factories.h"
+#include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
 #include "remaps/formats/text_scanner.h"
 
@@ -72,6 +73,7 @@ class ObjReader final : public IndexedMeshReader {
   void read_triangles(IndexSink sink) override {
     if (!vertices_) visit_vertices([](ObjLines&) {});
     ObjLines lines = go_to(first_face_);
+    pass_ = {first_face_.offset, source_.size()};
     ChunkEmitter<Triangle> triangles(sink);
     PolygonFan fan(triangles);
     std::uint64_t seen = first_face_.seen;
@@ -84,6 +86,7 @@ class ObjReader final : public IndexedMeshReader {
   }
 
   bool positions_are_float() const override { return all_float_; }
+  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
@@ -105,6 +108,7 @@ class ObjReader final : public IndexedMeshReader {
   template <class Visit>
   void visit_vertices(Visit visit) {
     ObjLines lines = go_to({});
+    pass_ = {0, source_.size()};
     std::optional<Place> first_face;
     std::uint64_t count = 0;
     for (; !lines.at_end(); lines.end_line()) {
@@ -156,6 +160,7 @@ class ObjReader final : public IndexedMeshReader {
   std::optional<std::uint64_t> vertices_;
   Place first_face_;  // once vertices_ is known
   bool all_float_ = false;
+  PassRange pass_;
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
 #include "remaps/formats/format_factories.h"
+#include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
 #include "remaps/formats/text_scanner.h"
 
@@ -47,6 +48,11 @@ class OffReader final : public IndexedMeshReader {
 
   void read_positions(PositionSink sink) override {
     OffLines lines = rewind(vertices_offset_);
+    // Three words a vertex, four a face.
+    const double share = 3 * double(vertices_) / (3 * double(vertices_) + 4 * double(faces_) + 1);
+    pass_ = {vertices_offset_,
+             faces_offset_.value_or(vertices_offset_ + static_cast<std::uint64_t>(
+                                                           share * double(source_.remaining())))};
     ChunkEmitter<Vec3> positions(sink);
     PositionText text;
     for (std::uint64_t i = 0; i < vertices_; ++i) {
@@ -61,6 +67,7 @@ class OffReader final : public IndexedMeshReader {
 
   void read_triangles(IndexSink sink) override {
     OffLines lines = go_to_faces();
+    pass_ = {*faces_offset_, source_.size()};
     ChunkEmitter<Triangle> triangles(sink);
     PolygonFan fan(triangles);
     for (std::uint64_t i = 0; i < faces_; ++i) {
@@ -72,6 +79,7 @@ class OffReader final : public IndexedMeshReader {
   }
 
   bool positions_are_float() const override { return all_float_; }
+  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
@@ -182,6 +190,7 @@ class OffReader final : public IndexedMeshReader {
   std::uint64_t vertices_offset_ = 0;
   std::optional<std::uint64_t> faces_offset_;
   bool all_float_ = false;
+  PassRange pass_;
 };
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
 #include "remaps/formats/format_factories.h"
+#include "remaps/formats/pass_range.h"
 #include "remaps/formats/ply_cursor.h"
 #include "remaps/formats/ply_header.h"
 #include "remaps/formats/ply_runs.h"
@@ -259,6 +260,7 @@ class PlyReader final : public IndexedMeshReader {
     with_cursor([&]<class Cursor>(Cursor& cursor) {
       const std::size_t index = index_of(*vertex_);
       go_to(cursor, index);
+      begin_pass(index, index);
       std::optional<PlyPointRuns> runs;
       if constexpr (Cursor::kBinary) runs = PlyPointRuns::of(*vertex_, cursor.big_endian());
       PositionHandler<Cursor> handler(sink, runs);
@@ -272,9 +274,11 @@ class PlyReader final : public IndexedMeshReader {
   void read_triangles(IndexSink sink) override {
     with_cursor([&]<class Cursor>(Cursor& cursor) {
       ChunkEmitter<Triangle> triangles(sink);
+      bool begun = false;
       for (const PlyElement& element : header_.elements) {
         if (!has_corners(element) || element.count == 0) continue;
         go_to(cursor, index_of(element));
+        if (!std::exchange(begun, true)) begin_pass(index_of(element), last_with_corners());
         const bool strips = element.name == "tristrips";
         std::optional<PlyTriangleRuns> runs;
         if constexpr (Cursor::kBinary) {
@@ -290,6 +294,7 @@ class PlyReader final : public IndexedMeshReader {
   }
 
   bool positions_are_float() const override { return all_float_; }
+  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
@@ -328,6 +333,40 @@ class PlyReader final : public IndexedMeshReader {
     throw InputError(fmt::format("{}: PLY header: {}", source_.path().string(), what));
   }
 
+  std::size_t last_with_corners() const {
+    std::size_t last = 0;
+    for (const PlyElement& element : header_.elements) {
+      if (has_corners(element) && element.count > 0) last = index_of(element);
+    }
+    return last;
+  }
+
+  /// Notes where a pass through elements first ... last begins and, if need be guessed by the sizes
+  /// of the rest of the file with three values a list, where it will end.
+  void begin_pass(std::size_t first, std::size_t last) {
+    const auto expected = [this](std::size_t begin, std::size_t end) {
+      double size = 0;
+      for (std::size_t e = begin; e < end; ++e) {
+        size += double(header_.elements[e].count) * expected_record_size(header_.elements[e]);
+      }
+      return size;
+    };
+    pass_.begin = source_.offset();
+    const double share = expected(first, last + 1) / expected(first, header_.elements.size());
+    pass_.end = offsets_[last + 1].value_or(
+        pass_.begin + static_cast<std::uint64_t>(share * double(source_.remaining())));
+  }
+
+  double expected_record_size(const PlyElement& element) const {
+    std::size_t size = 0;
+    for (const PlyProperty& property : element.properties) {
+      const bool text = header_.encoding == PlyEncoding::ascii;
+      const std::size_t value = text ? 1 : size_of(property.type);
+      size += property.count_type ? (text ? 1 : size_of(*property.count_type)) + 3 * value : value;
+    }
+    return double(size);
+  }
+
   template <class Pass>
   void with_cursor(Pass pass) {
     if (header_.encoding == PlyEncoding::ascii) {
@@ -356,6 +395,7 @@ class PlyReader final : public IndexedMeshReader {
   const PlyElement* vertex_ = nullptr;
   std::vector<std::optional<std::uint64_t>> offsets_;  // where each element begins, once known
   bool all_float_ = false;
+  PassRange pass_;
 };
 
 }  // namespace

@@ -33,7 +33,11 @@ class IndexedMeshReader {
   /// True when every coordinate in the file is a float (so that storing floats loses nothing).
   virtual bool positions_are_float() const = 0;
 
-  /// Size in bytes of the file and of the part read in the present pass: for progress bars.
+  /// The fraction of the present pass that is over, 0 to 1: for progress bars. An estimate where
+  /// the file does not tell how long its parts are.
+  virtual double pass_fraction() const = 0;
+
+  /// Size in bytes of the file, and the offset in it that the present pass has come to.
   virtual std::uint64_t bytes_total() const = 0;
   virtual std::uint64_t bytes_read() const = 0;
   /// Bytes that came from the file since it was opened, in all passes: for reports.

@@ -20,7 +20,7 @@ void route_vertices(const VertexSpool& spool, DomainLevel& level, Progress& prog
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       level.add_vertex({first + i, chunk[i], level.cut().segment_of(chunk[i])}, {});
     }
-    progress.advance(0.3 + 0.1 * double(first + chunk.size()) / double(spool.vertices()));
+    progress.advance(0.15 + 0.2 * double(first + chunk.size()) / double(spool.vertices()));
   }
 }
 
@@ -100,14 +100,13 @@ class FaceRouter {
 };
 
 void read_faces(IndexedMeshReader& reader, FaceRouter& router, bool overlap) {
-  const double total = double(std::max<std::uint64_t>(reader.bytes_total(), 1));
   run_overlapped<FaceChunk>(
       overlap,
       [&](FunctionRef<void(FaceChunk&)> send) {
         FaceChunk chunk;
         reader.read_triangles([&](std::span<const Triangle> triangles) {
           chunk.triangle.assign(triangles.begin(), triangles.end());
-          chunk.fraction = double(reader.bytes_read()) / total;
+          chunk.fraction = reader.pass_fraction();
           send(chunk);
         });
       },
@@ -128,7 +127,7 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   Ingested result;
   result.sample = PositionSample(kSampleSize);
   VertexSpool spool(temp_dir / "vertices");
-  spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.3 * fraction); });
+  spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.15 * fraction); });
   if (spool.vertices() == 0) throw GeometryError("the mesh has no vertices");
   result.vertices = spool.vertices();
   result.origin = spool.origin();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "remaps/base/workers.h"
@@ -10,6 +12,7 @@
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/measure/surface_error.h"
 #include "remaps/measure/surface_pieces.h"
+#include "remaps/pipeline/run_plan.h"
 #include "remaps/pipeline/vertex_spool.h"
 #include "remaps/resample/dyadic_grid.h"
 #include "remaps/resample/fit.h"
@@ -17,6 +20,11 @@
 
 namespace remaps::pipeline {
 namespace {
+
+/// The part of resampling that is over when the positions are written; the faces are arithmetic.
+constexpr double kPositionsPart = 0.97;
+/// The part of the fit that is over when it is made.
+constexpr double kFitPart = 0.98;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -141,16 +149,34 @@ void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan
   report.quality = meter.result();
 }
 
+std::vector<std::array<std::uint32_t, 3>> hold_faces(const resample::DyadicGrid& grid,
+                                                     Progress* progress) {
+  const ProgressPart part(progress, kPositionsPart, 1);
+  std::vector<std::array<std::uint32_t, 3>> faces;
+  faces.reserve(static_cast<std::size_t>(grid.faces()));
+  resample::stream_faces(grid, progress, [&](std::span<const Triangle> chunk) {
+    for (const Triangle& t : chunk) {
+      faces.push_back(
+          {narrow<std::uint32_t>(t[0]), narrow<std::uint32_t>(t[1]), narrow<std::uint32_t>(t[2])});
+    }
+  });
+  return faces;
+}
+
 /// Resamples, fits and writes: with --fit the output is held in memory, otherwise it streams.
 void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::DyadicGrid& grid,
                 const resample::ResampleOptions& options, MemoryBudget& budget,
                 IndexedMeshWriter& writer) {
+  Progress* const progress = options.carry.progress;
   const auto write_faces = [&](std::span<const Triangle> faces) { writer.write_triangles(faces); };
+  std::optional<ProgressPart> positions_part(std::in_place, progress, 0, kPositionsPart);
   if (!job.fit) {
     resample::resample_positions(
         bundle.files(), grid, options, budget,
         [&](std::span<const Vec3> positions) { writer.write_positions(positions); });
-    resample::stream_faces(grid, options.carry.progress, write_faces);
+    positions_part.reset();
+    const ProgressPart part(progress, kPositionsPart, 1);
+    resample::stream_faces(grid, progress, write_faces);
     return;
   }
   using Face = std::array<std::uint32_t, 3>;
@@ -165,22 +191,20 @@ void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::Dyad
                                [&](std::span<const Vec3> part) {
                                  positions.insert(positions.end(), part.begin(), part.end());
                                });
-  std::vector<Face> faces;
-  faces.reserve(static_cast<std::size_t>(grid.faces()));
-  resample::stream_faces(grid, options.carry.progress, [&](std::span<const Triangle> part) {
-    for (const Triangle& t : part) {
-      faces.push_back(
-          {narrow<std::uint32_t>(t[0]), narrow<std::uint32_t>(t[1]), narrow<std::uint32_t>(t[2])});
-    }
-  });
+  positions_part.reset();
+  const std::vector<Face> faces = hold_faces(grid, progress);
   resample::FitOptions fit;
   fit.threads = job.threads;
-  fit.progress = options.carry.progress;
-  if (fit.progress != nullptr) fit.progress->begin("fit");
-  resample::fit_vertices(faces, triangles_of_tiles(bundle.tiles()), fit, budget, positions);
+  fit.progress = progress;
+  if (progress != nullptr) progress->begin("fit");
+  {
+    const ProgressPart part(progress, 0, kFitPart);
+    resample::fit_vertices(faces, triangles_of_tiles(bundle.tiles()), fit, budget, positions);
+  }
+  const ProgressPart part(progress, kFitPart, 1);
   for (Vec3& p : positions) p = options.origin + p;
   writer.write_positions(positions);
-  resample::stream_faces(grid, options.carry.progress, write_faces);
+  resample::stream_faces(grid, progress, write_faces);
 }
 
 }  // namespace
@@ -188,10 +212,12 @@ void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::Dyad
 void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& plan,
                   MemoryBudget& budget, Progress& progress, Report& report) {
   auto start = std::chrono::steady_clock::now();
-  progress.begin("resample");
   const BaseMesh& base = bundle.base();
   const resample::DyadicGrid grid(narrow<std::uint32_t>(base.position.size()), base.triangle,
                                   job.level);
+  progress.plan(expect_output(
+      {bundle.manifest().input_vertices, grid.vertices(), job.fit, job.measure, job.samples}));
+  progress.begin("resample");
   report.level = job.level;
   report.output_vertices = grid.vertices();
   report.output_faces = grid.faces();

@@ -13,6 +13,7 @@
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/ingest.h"
 #include "remaps/pipeline/map_file.h"
+#include "remaps/pipeline/run_plan.h"
 #include "remaps/simplify/sweep.h"
 
 namespace remaps::pipeline {
@@ -27,6 +28,9 @@ constexpr double kLeftToLastSweep = 30;
 /// Levels with more vertices for each of the base are ranked by estimate
 /// (docs/design/removal-order.md).
 constexpr std::uint64_t kDraftAbove = 300;
+
+/// The part of the map phase that is over when all vertices are on the base.
+constexpr double kMapCarried = 0.95;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -48,6 +52,7 @@ class Parameterizer {
                       (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
     }
     auto start = std::chrono::steady_clock::now();
+    plan_phases(guess_vertices(job_.input));
     read_input();
     report_.seconds_ingest = seconds_since(start);
     start = std::chrono::steady_clock::now();
@@ -78,11 +83,20 @@ class Parameterizer {
   }
 
   /// The fraction to keep: a tenth, or what leaves enough to the last sweep.
-  double keep_fraction(const DomainLevel& level) const {
-    const double vertices = double(std::max<std::uint64_t>(level.vertices(), 1));
+  double keep_fraction(std::uint64_t level_vertices) const {
+    const double vertices = double(std::max<std::uint64_t>(level_vertices, 1));
     const double wanted =
         std::min(kLeftToLastSweep * double(job_.base_vertices), 0.4 * double(plan_.domain_buffer));
     return std::clamp(wanted / vertices, kKeep, 0.9);
+  }
+
+  void plan_phases(std::uint64_t vertices) {
+    plan_sweeps(0, vertices, vertices);
+    progress_.plan({expect_ingest(vertices)});
+  }
+  void plan_sweeps(unsigned level, std::uint64_t level_vertices, std::uint64_t vertices) {
+    const auto keep = [this](std::uint64_t v) { return keep_fraction(v); };
+    progress_.plan(expect_sweeps(level_vertices, vertices, level, plan_, keep));
   }
 
   /// The level after this one. Vertices at the borders of segments stay, which counts when segments
@@ -113,8 +127,9 @@ class Parameterizer {
     store::SectionFileWriter tiles(job_.bundle / kTilesName, kTileKind);
     while (level != nullptr) {
       const unsigned number = level->level();
+      plan_sweeps(number, level->vertices(), ingested_.vertices);
       progress_.begin(level->segments() == 1 ? "last sweep" : fmt::format("sweep {}", number + 1));
-      const double keep = keep_fraction(*level);
+      const double keep = keep_fraction(level->vertices());
       std::unique_ptr<DomainLevel> next;
       if (level->segments() > 1) next = make_next(*level, keep, sample);
       PositionSample next_sample(1 << 17);
@@ -174,10 +189,13 @@ class Parameterizer {
       logs.emplace_back(job_.bundle / log_name(l), kLogKind);
     std::vector<const store::SectionFile*> levels;
     for (const store::SectionFile& log : logs) levels.push_back(&log);
-    map::BaseCarrier(levels, plan_.cache_bytes, budget_)
-        .carry_removed(carry, [&](VertexId vertex, const map::FacePoint& on_base) {
-          file.add(vertex, on_base);
-        });
+    {
+      const ProgressPart part(&progress_, 0, kMapCarried);
+      map::BaseCarrier(levels, plan_.cache_bytes, budget_)
+          .carry_removed(carry, [&](VertexId vertex, const map::FacePoint& on_base) {
+            file.add(vertex, on_base);
+          });
+    }
     add_base_vertices(file);
     manifest_.map_checksum =
         file.write(job_.bundle / kMapName, ingested_.vertices - report_.unreferenced_vertices);

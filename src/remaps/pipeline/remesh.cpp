@@ -15,6 +15,7 @@
 #include "remaps/pipeline/output.h"
 #include "remaps/pipeline/parameterize.h"
 #include "remaps/pipeline/resource_monitor.h"
+#include "remaps/pipeline/run_plan.h"
 #include "remaps/pipeline/vertex_spool.h"
 
 namespace remaps::pipeline {
@@ -107,6 +108,13 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
       has_bundle ? staged_bundle->path() : temp.path() / "bundle";
   std::filesystem::create_directory(bundle_path);
 
+  if (has_output) {
+    // About two faces a base vertex, and half a vertex a face.
+    const double vertices = double(options.base_vertices) * std::exp2(2.0 * options.level);
+    progress.plan(
+        expect_output({guess_vertices(options.input), static_cast<std::uint64_t>(vertices),
+                       options.fit, options.measure, options.samples}));
+  }
   ParameterizeJob job{options.input,         bundle_path, temp.path(),
                       options.base_vertices, threads,     has_bundle};
   parameterize(job, plan, budget, progress, report);

@@ -35,8 +35,7 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
     }
     vertices_ += positions.size();
     if (waiting_.size() >= kFlushVertices) flush();
-    progress(double(reader.bytes_read()) /
-             double(std::max<std::uint64_t>(reader.bytes_total(), 1)));
+    progress(reader.pass_fraction());
   });
   flush();
   waiting_ = {};

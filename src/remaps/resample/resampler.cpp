@@ -1,6 +1,7 @@
 #include "remaps/resample/resampler.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +23,9 @@ using map::TaggedPoint;
 constexpr std::uint64_t kLoadedFactor = 2;
 constexpr std::uint64_t kReadFactor = 2;
 
+/// The part of the time after which all positions are known, on disk in the order of place.
+constexpr double kPulledPart = 0.96;
+
 /// What the largest segment and tile take, as often as there may be some in work or waiting.
 std::uint64_t bytes_in_work(const MapFiles& files, unsigned threads) {
   const std::uint64_t at_a_time = threads > 1 ? 2 * std::uint64_t{threads} + 1 : 1;
@@ -41,6 +45,44 @@ std::uint64_t bytes_in_work(const MapFiles& files, unsigned threads) {
   const std::uint64_t alive = std::min<std::uint64_t>(at_a_time, files.tiles->sections());
   return std::max(most, largest * (kLoadedFactor * alive + kReadFactor));
 }
+
+/// How the time of pulling back is shared out among its steps: reading the logs and tiles, passing
+/// the points on, and their way through a level's records, which grows with the logarithm of what
+/// it removed. Measured with some millions of points.
+class PullShares {
+ public:
+  PullShares(const MapFiles& files, std::uint64_t points) {
+    // What lists the faces of the base takes a quarter of the records that made as many.
+    double after = 4 * double(files.logs.back()->raw_bytes(1)) + 1;
+    for (std::size_t level = files.logs.size(); level-- > 0;) {
+      const store::SectionFile& log = *files.logs[level];
+      const double read = raw_bytes(log);
+      add(read, double(points) * (kStepping * std::log(1 + read / after) + kPassingOn));
+      after += read;
+    }
+    add(raw_bytes(*files.tiles), double(points) * kPassingOn);
+  }
+
+  /// The bounds of a step of pull_back: first the last level, after the first the tiles.
+  std::pair<double, double> part(std::size_t step) const {
+    return {begin_[step] / begin_.back(), begin_[step + 1] / begin_.back()};
+  }
+
+ private:
+  // Nanoseconds a byte, a point and factor e, a point.
+  static constexpr double kReading = 2.5, kStepping = 85, kPassingOn = 100;
+
+  static double raw_bytes(const store::SectionFile& file) {
+    double sum = 0;
+    for (std::size_t s = 0; s < file.sections(); ++s) sum += double(file.raw_bytes(s));
+    return sum;
+  }
+  void add(double read, double carried) {
+    begin_.push_back(begin_.back() + kReading * read + carried);
+  }
+
+  std::vector<double> begin_{0};
+};
 
 /// Local ids in the last level's log of the base faces. On the base mesh a face is known by its
 /// number there.
@@ -129,12 +171,13 @@ class PositionBlocks {
   }
 
   /// @throws CorruptionError  a number is missing
-  void send(PositionSink sink) {
+  void send(Progress* progress, PositionSink sink) {
     const Reservation reservation =
         budget_.reserve(std::min(block_, count_) * sizeof(Position), "an output block");
     std::vector<Position> positions;
     std::vector<Vec3> chunk;
     for (std::size_t b = 0; b < file_.buckets(); ++b) {
+      if (progress != nullptr) progress->advance(double(b) / double(file_.buckets()));
       positions.resize(static_cast<std::size_t>(std::min(block_, count_ - b * block_)));
       if (file_.bytes(b) != positions.size() * kRecordBytes) {
         throw CorruptionError("samples were lost on the way");
@@ -210,11 +253,15 @@ class Descent {
 
   /// @param points  of the last level, given away
   void run(std::unique_ptr<map::PointSupply> points, const TileSink& sink) const {
+    const PullShares shares(files_, points->count(0));
+    std::size_t step = 0;
     std::unique_ptr<PointBuckets> before;
     for (std::size_t level = files_.logs.size(); level-- > 0;) {
       const map::LevelMap map(*files_.logs[level]);
       const std::size_t targets =
           level == 0 ? files_.tiles->sections() : files_.logs[level - 1]->sections() / 2;
+      const auto [from, to] = shares.part(step++);
+      const ProgressPart part(options_.carry.progress, from, to);
       auto next = make_buckets(level == 0 ? "tiles" : std::to_string(level - 1), targets);
       map::carry_points(map, SegmentMap::Direction::kInverse, *points, options_.carry,
                         [&](const FaceLink& link, const TaggedPoint& point) {
@@ -229,6 +276,8 @@ class Descent {
         points = std::move(next);
       }
     }
+    const auto [from, to] = shares.part(step);
+    const ProgressPart part(options_.carry.progress, from, to);
     visit_tiles(*files_.tiles, *before, options_, sink);
   }
 
@@ -246,6 +295,7 @@ void send_positions(const MapFiles& files, const DyadicGrid& grid, const Resampl
   std::optional<Descent> descent(std::in_place, files, options, budget);
   PositionBlocks<Position> positions(grid.vertices(), options.temp_dir, descent->buffer_bytes(),
                                      budget);
+  std::optional<ProgressPart> part(std::in_place, options.carry.progress, 0, kPulledPart);
   descent->run(std::make_unique<GridPoints>(grid, base_faces(*files.logs.back())),
                [&](std::uint32_t, const Tile& tile, std::span<const TaggedPoint> points) {
                  for (const TaggedPoint& point : points) {
@@ -253,7 +303,9 @@ void send_positions(const MapFiles& files, const DyadicGrid& grid, const Resampl
                  }
                });
   descent.reset();
-  positions.send(sink);
+  part.reset();
+  part.emplace(options.carry.progress, kPulledPart, 1);
+  positions.send(options.carry.progress, sink);
 }
 
 }  // namespace
@@ -295,7 +347,7 @@ void stream_faces(const DyadicGrid& grid, Progress* progress, IndexSink sink) {
   constexpr std::uint64_t kChunk = 1 << 13;
   std::vector<Triangle> chunk;
   for (std::uint64_t first = 0; first < grid.faces(); first += kChunk) {
-    if (progress != nullptr) progress->check();
+    if (progress != nullptr) progress->advance(double(first) / double(grid.faces()));
     chunk.resize(static_cast<std::size_t>(std::min(kChunk, grid.faces() - first)));
     grid.triangles(first, chunk);
     sink(chunk);
