@@ -6,6 +6,7 @@
 #include <CGAL/Simple_cartesian.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -98,6 +99,45 @@ TEST(CgalOracle, AgreesOnTheErrorOfACoarserSurface) {
     EXPECT_GE(e.max_forward * e.diagonal, 0.99 * forward.max);
     EXPECT_GE(e.max_backward * e.diagonal, 0.99 * backward.max);
   }
+}
+
+/// Compares mean, root mean square and maximum with those of independent samples.
+void expect_agreement(const Soup& a, const Soup& b, double tolerance) {
+  for (const std::uint64_t bytes : {std::uint64_t{1} << 20, std::uint64_t{1} << 26}) {
+    const SurfaceError e = measure_surface_error(
+        source_of(a), source_of(b), {.samples = 50'000, .threads = 2, .memory_bytes = bytes});
+    const Moments forward = sampled_distances(a, b, 50'000);
+    const Moments backward = sampled_distances(b, a, 50'000);
+    EXPECT_NEAR(e.l2_forward * e.diagonal / forward.l2, 1, tolerance);
+    EXPECT_NEAR(e.mean_forward * e.diagonal / forward.mean, 1, tolerance);
+    EXPECT_NEAR(e.l2_backward * e.diagonal / backward.l2, 1, tolerance);
+    EXPECT_NEAR(e.mean_backward * e.diagonal / backward.mean, 1, tolerance);
+    EXPECT_GE(e.max_forward * e.diagonal, 0.98 * forward.max);
+    EXPECT_GE(e.max_backward * e.diagonal, 0.98 * backward.max);
+  }
+}
+
+TEST(CgalOracle, AgreesOnConcentricSpheres) {
+  Soup large = bumpy_sphere(30, 0.01, 3);
+  for (TrianglePositions& triangle : large) {
+    for (Vec3& corner : triangle) corner = 1.4 * corner;
+  }
+  expect_agreement(bumpy_sphere(40, 0.01, 4), large, 0.01);
+}
+
+TEST(CgalOracle, AgreesOnAHugeTriangleAmongTiny) {
+  Soup mixed = bumpy_sphere(30, 0.01, 5);
+  mixed.push_back({{{-5, -5, 0.3}, {6, -5, 0.2}, {0, 7, 0.3}}});
+  expect_agreement(mixed, bumpy_sphere(40, 0, 6), 0.02);
+}
+
+TEST(CgalOracle, AgreesOnDisjointSurfacesInAnyOrder) {
+  Soup aside = bumpy_sphere(30, 0.01, 7), shuffled = bumpy_sphere(40, 0.01, 8);
+  for (TrianglePositions& triangle : aside) {
+    for (Vec3& corner : triangle) corner = corner + Vec3{2.5, 0.5, 0};
+  }
+  std::shuffle(shuffled.begin(), shuffled.end(), std::mt19937_64(9));
+  expect_agreement(aside, shuffled, 0.01);
 }
 
 }  // namespace

@@ -107,6 +107,13 @@ TEST(SurfaceError, DoesNotDependOnMemory) {
   expect_equal(with(1 << 20), with(1 << 28), 1e-12);
 }
 
+TEST(SurfaceError, DoesNotDependOnWhichSurfaceIsLarger) {
+  const Soup fine = bumpy_sphere(60, 0.001, 1), coarse = bumpy_sphere(30, 0, 2);
+  const SurfaceError a = measure(fine, coarse), b = measure(coarse, fine);
+  EXPECT_NEAR(a.l2_forward * a.diagonal, b.l2_backward * b.diagonal, 1e-15);
+  EXPECT_NEAR(a.max_backward * a.diagonal, b.max_forward * b.diagonal, 1e-15);
+}
+
 TEST(SurfaceError, DoesNotDependOnTheChunksOfTheStream) {
   const Soup fine = bumpy_sphere(40, 0.001, 1), coarse = bumpy_sphere(20, 0, 2);
   const auto in_chunks = [&](std::size_t n) {
@@ -138,6 +145,54 @@ TEST(SurfaceError, IgnoresTrianglesWithoutArea) {
     soup.push_back({t[0], t[1], 0.5 * (t[0] + t[1])});
   }
   expect_equal(measure(soup, other), measure(clean, other), 1e-9);
+}
+
+TEST(SurfaceError, OfConcentricSpheresIsTheDifferenceOfTheirRadii) {
+  const auto sphere = [](double radius) {
+    Soup soup = bumpy_sphere(60, 0, 1);
+    for (TrianglePositions& triangle : soup) {
+      for (Vec3& corner : triangle) corner = (radius / norm(corner)) * corner;
+    }
+    return soup;
+  };
+  const SurfaceError e = measure(sphere(1), sphere(1.5), 5'000);
+  for (const double error : {e.l2_forward, e.mean_forward, e.max_forward, e.l2_backward,
+                             e.mean_backward, e.max_backward}) {
+    EXPECT_NEAR(error * e.diagonal, 0.5, 0.003);  // facets are inside of their sphere
+  }
+}
+
+TEST(SurfaceError, OfOneHugeTriangleAgainstManyIsTheirHeight) {
+  // A plane that passes through the middle of a bumpy field of tiny triangles.
+  Soup field;
+  const auto height = [](int i, int j) { return ((i * 7 + j * 5) % 11 - 5) * 1e-3; };
+  for (int i = 0; i < 100; ++i) {
+    for (int j = 0; j < 100; ++j) {
+      const auto at = [&](int x, int y) { return Vec3{0.01 * x, 0.01 * y, height(x, y)}; };
+      field.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+      field.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+    }
+  }
+  const Soup plane{{{{-1, -1, 0}, {4, -1, 0}, {-1, 4, 0}}}};
+  const SurfaceError e = measure(field, plane, 100'000);
+  EXPECT_NEAR(e.max_forward * e.diagonal, 5e-3, 1e-15);  // at corners
+  EXPECT_LT(e.mean_forward, e.l2_forward);
+  EXPECT_LT(e.l2_forward * e.diagonal, 5e-3);
+  // The plane's corner lies sqrt(9.25...) away from the field; most of it is outside.
+  EXPECT_NEAR(e.max_backward * e.diagonal, std::sqrt(10.0), 1e-3);
+  const SurfaceError swapped = measure(plane, field, 100'000);
+  EXPECT_NEAR(swapped.l2_backward * swapped.diagonal, e.l2_forward * e.diagonal, 1e-15);
+}
+
+TEST(SurfaceError, OfSurfacesFarApartIsTheWayBetweenThem) {
+  Soup far = bumpy_sphere(30, 0, 1), near = bumpy_sphere(50, 0, 2);
+  for (TrianglePositions& triangle : far) {
+    for (Vec3& corner : triangle) corner = corner + Vec3{1000, 0, 0};
+  }
+  const SurfaceError e = measure(far, near, 2'000);
+  for (const double mean : {e.mean_forward * e.diagonal, e.mean_backward * e.diagonal}) {
+    EXPECT_NEAR(mean, 999, 0.3);
+  }
 }
 
 TEST(SurfaceError, RefusesWhatIsNoSurface) {

@@ -61,6 +61,28 @@ TEST(PointTriangle, IsNeverFurtherThanAFineGridOnTriangles) {
   }
 }
 
+TEST(PointTriangle, GivesTheDistanceAloneAsWell) {
+  std::mt19937_64 random(8);
+  std::uniform_real_distribution<double> coordinate(-1, 1);
+  const auto any = [&] { return Vec3{coordinate(random), coordinate(random), coordinate(random)}; };
+  for (int round = 0; round < 20'000; ++round) {
+    TrianglePositions t{any(), any(), any()};
+    const double flat = std::pow(10.0, -round % 18);
+    if (round % 2 == 0) t[2] = t[0] + 0.4 * (t[1] - t[0]) + flat * (t[2] - t[0]);
+    if (round % 3 == 0) t[1] = t[0] + flat * (t[1] - t[0]);
+    if (round % 101 == 0) t[2] = t[1];
+    const Vec3 p = round % 7 == 0 ? point_of(t, {0.2, 0.5, 0.3}) : 3 * any();
+    EXPECT_NEAR(std::sqrt(triangle_distance2(p, t[0], t[1], t[2])),
+                std::sqrt(closest_point_on_triangle(p, t).distance2), 1e-13)
+        << round;
+  }
+  for (const double unit : {1e-70, 1e-30, 1e30, 1e70}) {
+    const Vec3 a{0, 0, 0}, b{unit, 0, 0}, c{0, unit, 0};
+    EXPECT_NEAR(triangle_distance2({0.2 * unit, 0.2 * unit, unit}, a, b, c) / (unit * unit), 1,
+                1e-14);
+  }
+}
+
 TEST(PointTriangle, TakesSegmentsAndPoints) {
   const Vec3 a{1, 2, 3}, b{4, 2, 3};
   const Vec3 p{2, 4, 3};

@@ -164,10 +164,32 @@ TEST(Tile, DecodesWhatWasEncoded) {
     EXPECT_EQ(back.position, tile.position);
     EXPECT_EQ(back.triangle, tile.triangle);
     EXPECT_EQ(back.face_id, tile.face_id);
+    decode_tile_surface(encode_tile(tile), "tile", back);
+    EXPECT_EQ(back.own_vertices, tile.own_vertices);
+    EXPECT_EQ(back.position, tile.position);
+    EXPECT_EQ(back.triangle, tile.triangle);
+    EXPECT_TRUE(back.vertex_id.empty() && back.face_id.empty());
   }
   Tile empty;
   decode_tile(encode_tile({}), "tile", empty);
   EXPECT_TRUE(empty.triangle.empty());
+}
+
+TEST(Tile, RefusesADamagedSurfaceOrReadsIt) {
+  std::mt19937_64 random(13);
+  Bytes whole = encode_tile(random_tile(random));
+  for (int i = 0; i < 3000; ++i) {
+    Bytes bytes = whole;
+    bytes[random() % bytes.size()] = static_cast<std::byte>(random());
+    bytes.resize(bytes.size() - random() % 3 * (random() % bytes.size()) / 2);
+    expect_refused_or_read(bytes, [](const Bytes& damaged) {
+      Tile back;
+      decode_tile_surface(damaged, "tile", back);
+      for (const auto& t : back.triangle) {
+        for (const LocalIndex v : t) EXPECT_LT(v, back.position.size());
+      }
+    });
+  }
 }
 
 TEST(Tile, RefusesDamageOrReadsIt) {

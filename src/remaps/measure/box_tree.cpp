@@ -30,6 +30,22 @@ void BoxTree::Group::set(unsigned i, const FloatBox& box) {
   high[0][i] = box.high.x, high[1][i] = box.high.y, high[2][i] = box.high.z;
 }
 
+void BoxTree::Group::set4(unsigned i, const FloatBox& a, const FloatBox& b, const FloatBox& c,
+                          const FloatBox& d, FloatBox& sum) {
+  const auto rows = [i](Float4 x, Float4 y, Float4 z, Float4 unused, auto& to) {
+    transpose(x, y, z, unused);
+    x.store(&to[0][i]);
+    y.store(&to[1][i]);
+    z.store(&to[2][i]);
+  };
+  const Float4 la = a.low.all(), lb = b.low.all(), lc = c.low.all(), ld = d.low.all();
+  const Float4 ha = a.high.all(), hb = b.high.all(), hc = c.high.all(), hd = d.high.all();
+  sum.low = Float3::of(min(sum.low.all(), min(min(la, lb), min(lc, ld))));
+  sum.high = Float3::of(max(sum.high.all(), max(max(ha, hb), max(hc, hd))));
+  rows(la, lb, lc, ld, low);
+  rows(ha, hb, hc, hd, high);
+}
+
 void BoxTree::build(std::span<const FloatBox> items) {
   items_ = static_cast<std::uint32_t>(items.size());
   box_ = {};
@@ -82,13 +98,19 @@ void BoxTree::add_level(std::span<const FloatBox> boxes, bool sorted) {
   groups_.resize(groups_.size() + n);
   groups_.back().clear();
   level_box_.clear();
+  const auto box_at = [&](std::size_t at) -> const FloatBox& {
+    return boxes[sorted ? at : order_[at]];
+  };
   Group* group = &groups_[first_.back()];
   for (std::size_t at = 0; at < boxes.size(); ++group) {
     FloatBox sum;
-    for (unsigned i = 0; i < kWidth && at < boxes.size(); ++i, ++at) {
-      const FloatBox& box = boxes[sorted ? at : order_[at]];
-      group->set(i, box);
-      sum.add(box);
+    unsigned i = 0;
+    for (; i < kWidth && at + 4 <= boxes.size(); i += 4, at += 4) {
+      group->set4(i, box_at(at), box_at(at + 1), box_at(at + 2), box_at(at + 3), sum);
+    }
+    for (; i < kWidth && at < boxes.size(); ++i, ++at) {
+      group->set(i, box_at(at));
+      sum.add(box_at(at));
     }
     level_box_.push_back(sum);
   }

@@ -13,8 +13,15 @@
 
 namespace remaps {
 
-struct Float3 {
-  float x = 0, y = 0, z = 0;
+struct alignas(16) Float3 {
+  float x = 0, y = 0, z = 0, unused = 0;
+
+  static Float3 of(Float4 values) {
+    Float3 p;
+    values.store(&p.x);
+    return p;
+  }
+  Float4 all() const { return Float4::load(&x); }
 };
 
 /// Axis-aligned box; empty until something is added.
@@ -24,13 +31,9 @@ struct FloatBox {
   Float3 high{-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
               -std::numeric_limits<float>::infinity()};
 
-  void add(const Float3& p) {
-    low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-    high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-  }
   void add(const FloatBox& box) {
-    add(box.low);
-    add(box.high);
+    low = Float3::of(min(low.all(), box.low.all()));
+    high = Float3::of(max(high.all(), box.high.all()));
   }
   float extent() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
 };
@@ -58,6 +61,9 @@ class BoxTree {
 
     void clear();
     void set(unsigned i, const FloatBox& box);
+    /// Sets boxes i to i + 3, and adds them to a sum.
+    void set4(unsigned i, const FloatBox& a, const FloatBox& b, const FloatBox& c,
+              const FloatBox& d, FloatBox& sum);
     FloatBox box(unsigned i) const {
       return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}};
     }
@@ -105,7 +111,7 @@ class BoxTree {
   }
 
   /// The bytes of a tree of so many items.
-  static constexpr std::uint64_t kBytesPerItem = 32;
+  static constexpr std::uint64_t kBytesPerItem = 40;
 
  private:
   /// Squared distances of the boxes of a group.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <utility>
 
 #if defined(__SSE2__)
 #include <emmintrin.h>
@@ -65,5 +66,19 @@ struct Float4 {
   }
 };
 #endif
+
+/// Makes rows of columns.
+inline void transpose(Float4& a, Float4& b, Float4& c, Float4& d) {
+#if defined(__SSE2__)
+  _MM_TRANSPOSE4_PS(a.value, b.value, c.value, d.value);
+#else
+  std::swap(a.value[1], b.value[0]);
+  std::swap(a.value[2], c.value[0]);
+  std::swap(a.value[3], d.value[0]);
+  std::swap(b.value[2], c.value[1]);
+  std::swap(b.value[3], d.value[1]);
+  std::swap(c.value[3], d.value[2]);
+#endif
+}
 
 }  // namespace remaps

@@ -16,18 +16,17 @@ void PieceTree::build(const SurfacePiece& piece, double scale) {
   for (const Vec3& p : piece.position) local_.push_back(frame_.to_local(p));
   triangle_.clear();
   for (const auto& t : piece.triangle) {
-    const Float3 a = local_[t[0]], b = local_[t[1]], c = local_[t[2]];
-    triangle_.push_back({{std::min(std::min(a.x, b.x), c.x), std::min(std::min(a.y, b.y), c.y),
-                          std::min(std::min(a.z, b.z), c.z)},
-                         {std::max(std::max(a.x, b.x), c.x), std::max(std::max(a.y, b.y), c.y),
-                          std::max(std::max(a.z, b.z), c.z)}});
+    const Float4 a = local_[t[0]].all(), b = local_[t[1]].all(), c = local_[t[2]].all();
+    triangle_.push_back({Float3::of(min(min(a, b), c)), Float3::of(max(max(a, b), c))});
   }
   boxes_.build(triangle_);
   spread_ = spread_of(boxes_.box());
 }
 
 double PieceTree::distance2(const Vec3& p, std::uint32_t triangle) const {
-  return closest_point_on_triangle(p, piece_->corners(triangle)).distance2;
+  const auto& t = piece_->triangle[triangle];
+  const std::vector<Vec3>& position = piece_->position;
+  return triangle_distance2(p, position[t[0]], position[t[1]], position[t[2]]);
 }
 
 }  // namespace remaps

@@ -65,10 +65,10 @@ class PieceTree {
   /// Squared distance from p to a triangle, in double.
   double distance2(const Vec3& p, std::uint32_t triangle) const;
 
-  /// The bytes of a piece and its tree.
+  /// The bytes of a piece, its tree and the areas of its triangles.
   static constexpr std::uint64_t kBytesPerTriangle = 3 * (sizeof(Vec3) + sizeof(Float3)) +
                                                      3 * sizeof(LocalIndex) + sizeof(FloatBox) +
-                                                     BoxTree::kBytesPerItem;
+                                                     BoxTree::kBytesPerItem + sizeof(double);
 
  private:
   const SurfacePiece* piece_ = nullptr;

@@ -24,7 +24,8 @@ std::size_t scouts_within(std::uint64_t memory_bytes) {
       std::min<std::uint64_t>(memory_bytes / 16 / kScoutBytes, 1 << 17));
 }
 
-/// How the memory is shared out.
+/// How the memory is shared out: an eighth for scouts, a quarter for pieces and their trees, the
+/// rest for points. The number of threads decides on nothing but itself.
 struct MemoryShares {
   MemoryShares(const SurfaceErrorOptions& options, const SurfaceSummary& a,
                const SurfaceSummary& b) {
@@ -32,10 +33,10 @@ struct MemoryShares {
     const std::uint64_t lane =
         PieceTree::kBytesPerTriangle * std::max(a.largest_piece, b.largest_piece);
     threads = static_cast<unsigned>(
-        std::clamp<std::uint64_t>(bytes / 2 / lane, 1, std::max(options.threads, 1u)));
-    const std::uint64_t fixed = threads * lane + 2 * scouts_within(bytes) * kScoutBytes +
-                                (a.pieces.size() + b.pieces.size()) * sizeof(SurfaceSummary::Piece);
-    points = (bytes - std::min(fixed, bytes / 4 * 3)) / SampleTree::kBytesPerPoint;
+        std::clamp<std::uint64_t>(bytes / 4 / lane, 1, std::max(options.threads, 1u)));
+    const std::uint64_t lists = (a.pieces.size() + b.pieces.size()) * sizeof(SurfaceSummary::Piece);
+    const std::uint64_t other = bytes / 8 + std::max(bytes / 4, lane) + lists;
+    points = std::max(bytes - std::min(other, bytes), bytes / 8) / SampleTree::kBytesPerPoint;
   }
 
   unsigned threads;      // whose pieces have room
@@ -173,7 +174,7 @@ class Passes {
                             steps_.check();
                             Lane& lane = lanes_[number];
                             SurfacePoints points;
-                            if (sampler != nullptr) sampler->sample(i, piece, points);
+                            if (sampler != nullptr) sampler->sample(i, piece, lane.areas, points);
                             if (!piece.triangle.empty() && near(i)) {
                               lane.tree.build(piece, scale_);
                               held->approach(lane.tree, lane.scratch);
@@ -187,6 +188,7 @@ class Passes {
   struct Lane {
     PieceTree tree;
     SampleTree::Scratch scratch;
+    std::vector<double> areas;
   };
 
   const double scale_;
@@ -255,7 +257,8 @@ SurfaceError measure_surface_error(const SurfacePieces& original, const SurfaceP
 
 SurfaceError measure_surface_error(const TriangleSource& original, const TriangleSource& remesh,
                                    const SurfaceErrorOptions& options) {
-  return measure_surface_error(StreamedPieces(original), StreamedPieces(remesh), options);
+  return measure_surface_error(StreamedPieces(original, options.memory_bytes),
+                               StreamedPieces(remesh, options.memory_bytes), options);
 }
 
 }  // namespace remaps

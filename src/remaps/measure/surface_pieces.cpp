@@ -16,7 +16,15 @@ void append(SurfacePiece& piece, std::span<const TrianglePositions> triangles) {
   }
 }
 
+/// A piece and its tree in each lane, as a share of the memory of a job.
+constexpr std::uint64_t kBytesPerTriangle = 16 * 256;
+
 }  // namespace
+
+StreamedPieces::StreamedPieces(const TriangleSource& triangles, std::uint64_t memory_bytes)
+    : triangles_(triangles),
+      piece_triangles_(static_cast<std::size_t>(
+          std::clamp<std::uint64_t>(memory_bytes / kBytesPerTriangle, 256, 1 << 16))) {}
 
 void StreamedPieces::stream(unsigned threads, FunctionRef<bool(std::size_t piece)> wanted,
                             const Work& work) const {
@@ -35,10 +43,10 @@ void StreamedPieces::stream(unsigned threads, FunctionRef<bool(std::size_t piece
   triangles_([&](std::span<const TrianglePositions> chunk) {
     while (!chunk.empty()) {
       SurfacePiece& piece = batch[full];
-      const std::size_t n = std::min(chunk.size(), kPieceTriangles - piece.triangle.size());
+      const std::size_t n = std::min(chunk.size(), piece_triangles_ - piece.triangle.size());
       append(piece, chunk.first(n));
       chunk = chunk.subspan(n);
-      if (piece.triangle.size() == kPieceTriangles && ++full == batch.size()) work_on_batch();
+      if (piece.triangle.size() == piece_triangles_ && ++full == batch.size()) work_on_batch();
     }
   });
   if (!batch[full].triangle.empty()) ++full;

@@ -43,22 +43,22 @@ class SurfacePieces {
                       const Work& work) const = 0;
 };
 
-/// A stream of triangles as pieces: each the next 4,096 triangles, whatever the chunks of the
-/// stream.
+/// A stream of triangles as pieces: each the next so many, whatever the chunks of the stream.
 ///
 /// The stream itself is read by one thread; while pieces are worked on, it waits.
 class StreamedPieces final : public SurfacePieces {
  public:
-  /// @param triangles  must outlive this
-  explicit StreamedPieces(const TriangleSource& triangles) : triangles_(triangles) {}
+  /// @param triangles     must outlive this
+  /// @param memory_bytes  of the job: pieces are larger where there is more. That makes measuring
+  ///                      faster if the stream isn't coherent in space
+  StreamedPieces(const TriangleSource& triangles, std::uint64_t memory_bytes);
 
   void stream(unsigned threads, FunctionRef<bool(std::size_t piece)> wanted,
               const Work& work) const override;
 
  private:
-  static constexpr std::size_t kPieceTriangles = 4096;
-
   const TriangleSource& triangles_;
+  const std::size_t piece_triangles_;
 };
 
 }  // namespace remaps

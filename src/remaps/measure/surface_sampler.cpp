@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -40,39 +41,47 @@ Vec3 point_in(const TrianglePositions& triangle, double fraction, double across)
   return (1 - r) * triangle[0] + r * (1 - across) * triangle[1] + r * across * triangle[2];
 }
 
+void areas_of(const SurfacePiece& piece, std::vector<double>& areas) {
+  areas.resize(piece.triangle.size());
+  for (std::size_t i = 0; i < areas.size(); ++i) {
+    const auto& t = piece.triangle[i];
+    areas[i] = area_of(piece.position[t[0]], piece.position[t[1]], piece.position[t[2]]);
+  }
+}
+
 /// Walks through the triangles of a piece along their area.
 class AreaWalk {
  public:
-  explicit AreaWalk(const SurfacePiece& piece) : piece_(piece) { step(); }
+  /// @param areas  of the triangles; one of them at least is not 0
+  AreaWalk(const SurfacePiece& piece, std::span<const double> areas)
+      : piece_(piece), areas_(areas) {
+    step();
+  }
 
   /// Steps on to the triangle that holds a place; to the last that has an area, if rounding puts
   /// the place behind it.
   void go_to(double at) {
-    while (at >= end_ && next_ < piece_.triangle.size()) step();
+    while (at >= end_ && next_ < areas_.size()) step();
     fraction_ = std::clamp((at - begin_) / (end_ - begin_), 0.0, 1.0);
   }
 
-  Vec3 point(double across) const { return point_in(corners_, fraction_, across); }
+  Vec3 point(double across) const { return point_in(piece_.corners(triangle_), fraction_, across); }
 
  private:
   void step() {
-    while (next_ < piece_.triangle.size()) {
-      const auto& t = piece_.triangle[next_];
-      ++next_;
-      const double area =
-          area_of(piece_.position[t[0]], piece_.position[t[1]], piece_.position[t[2]]);
-      if (!(end_ + area > end_)) continue;
-      begin_ = end_;
-      end_ += area;
-      corners_ = piece_.corners(next_ - 1);
+    while (next_ < areas_.size()) {
+      const double end = end_ + areas_[next_++];
+      if (!(end > end_)) continue;
+      begin_ = std::exchange(end_, end);
+      triangle_ = next_ - 1;
       return;
     }
   }
 
   const SurfacePiece& piece_;
-  std::size_t next_ = 0;
+  const std::span<const double> areas_;
+  std::size_t next_ = 0, triangle_ = 0;
   double begin_ = 0, end_ = 0, fraction_ = 0;
-  TrianglePositions corners_;
 };
 
 /// What a pass tells of a piece.
@@ -94,27 +103,6 @@ Box3 box_of(const SurfacePiece& piece, std::vector<std::uint8_t>& used) {
     box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
   }
   return box;
-}
-
-double area_of(const SurfacePiece& piece) {
-  double sum = 0;
-  for (const auto& t : piece.triangle) {
-    sum += area_of(piece.position[t[0]], piece.position[t[1]], piece.position[t[2]]);
-  }
-  return sum;
-}
-
-/// The first triangle without a finite area.
-std::size_t find_wild_triangle(const SurfacePiece& piece) {
-  std::size_t i = 0;
-  while (i + 1 < piece.triangle.size()) {
-    const auto& t = piece.triangle[i];
-    if (!std::isfinite(area_of(piece.position[t[0]], piece.position[t[1]], piece.position[t[2]]))) {
-      break;
-    }
-    ++i;
-  }
-  return i;
 }
 
 /// Keeps points so that each lies in another stretch of the area than the one before it; the
@@ -159,7 +147,11 @@ SurfaceSummary summarise_surface(const SurfacePieces& surface, std::size_t scout
                                  unsigned threads, const Progress* progress) {
   SurfaceSummary summary;
   ScoutCollector collector(summary.scouts, std::max<std::size_t>(scouts_max, 1));
-  std::vector<std::vector<std::uint8_t>> used(std::max(threads, 1u));
+  struct Lane {
+    std::vector<double> areas;
+    std::vector<std::uint8_t> used;
+  };
+  std::vector<Lane> lanes(std::max(threads, 1u));
   const auto commit = [&](const PieceSummary& piece) {
     summary.pieces.push_back({piece.box, summary.area, summary.triangles});
     const double step = piece.area / static_cast<double>(kScoutsPerPiece);
@@ -175,20 +167,24 @@ SurfaceSummary summarise_surface(const SurfacePieces& surface, std::size_t scout
   };
   surface.stream(
       threads, [](std::size_t) { return true; },
-      [&](std::size_t, const SurfacePiece& piece, unsigned lane) -> Commit {
+      [&](std::size_t, const SurfacePiece& piece, unsigned number) -> Commit {
         if (progress != nullptr) progress->check();
+        auto& [areas, used] = lanes[number];
+        areas_of(piece, areas);
         PieceSummary found;
-        found.triangles = piece.triangle.size();
-        found.area = area_of(piece);
+        found.triangles = areas.size();
+        for (const double area : areas) found.area += area;
         if (!std::isfinite(found.area)) {
-          return [&summary, wild = find_wild_triangle(piece)] {
-            throw GeometryError("triangle " + std::to_string(summary.triangles + wild) +
+          const auto wild = std::find_if_not(areas.begin(), areas.end(),
+                                             [](double area) { return std::isfinite(area); });
+          return [&summary, index = static_cast<std::uint64_t>(wild - areas.begin())] {
+            throw GeometryError("triangle " + std::to_string(summary.triangles + index) +
                                 ": coordinates not finite, or too large");
           };
         }
-        found.box = box_of(piece, used[lane]);
+        found.box = box_of(piece, used);
         if (found.area > 0) {
-          AreaWalk walk(piece);
+          AreaWalk walk(piece, areas);
           const double step = found.area / static_cast<double>(kScoutsPerPiece);
           for (std::size_t i = 0; i < kScoutsPerPiece; ++i) {
             walk.go_to((static_cast<double>(i) + 0.5) * step);
@@ -232,7 +228,7 @@ bool SurfaceSampler::touches(std::size_t piece) const {
 }
 
 void SurfaceSampler::sample(std::size_t number, const SurfacePiece& piece,
-                            SurfacePoints& points) const {
+                            std::vector<double>& areas, SurfacePoints& points) const {
   points.samples.clear();
   points.corners.clear();
   if (number >= summary_.pieces.size()) return;
@@ -246,7 +242,8 @@ void SurfaceSampler::sample(std::size_t number, const SurfacePiece& piece,
   const std::uint64_t last = first_from(end);
   std::uint64_t k = first_from(here.area_before);
   if (k < last) {
-    AreaWalk walk(piece);
+    areas_of(piece, areas);
+    AreaWalk walk(piece, areas);
     for (; k < last; ++k) {
       walk.go_to(area_position(k) - here.area_before);
       add(points.samples, walk.point(to_unit(seed_ + k * kGolden)));

@@ -71,8 +71,10 @@ class SurfaceSampler {
 
   /// Whether there are any.
   bool touches(std::size_t piece) const;
+  /// @param areas   scratch
   /// @param points  replaced
-  void sample(std::size_t number, const SurfacePiece& piece, SurfacePoints& points) const;
+  void sample(std::size_t number, const SurfacePiece& piece, std::vector<double>& areas,
+              SurfacePoints& points) const;
 
  private:
   double area_position(std::uint64_t k) const;

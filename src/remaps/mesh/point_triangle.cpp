@@ -29,6 +29,17 @@ void try_edge(const Vec3& p, const TrianglePositions& triangle, std::size_t i,
   best.weights[j] = t;
 }
 
+/// Below this squared sine of the angle at corner 0 the differences of products in
+/// triangle_distance2 lose too many digits.
+constexpr double kNarrowSine2 = 1e-2;
+
+/// Squared length of v less its part along an edge, but no more than the edge; both from one
+/// corner.
+double edge_distance2(const Vec3& v, const Vec3& edge, double along, double length2) {
+  const double t = std::clamp(along / length2, 0.0, 1.0);
+  return norm2(v - t * edge);
+}
+
 }  // namespace
 
 TrianglePoint closest_point_on_triangle(const Vec3& p, const TrianglePositions& triangle) {
@@ -57,6 +68,34 @@ TrianglePoint closest_point_on_triangle(const Vec3& p, const TrianglePositions& 
   if (a < 0 || sliver) try_edge(p, triangle, 1, best);
   if (b < 0 || sliver) try_edge(p, triangle, 2, best);
   return best;
+}
+
+double triangle_distance2(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a;
+  const Vec3 ac = c - a;
+  const Vec3 ap = p - a;
+  const double bb = norm2(ab), cc = norm2(ac), bc = dot(ab, ac);
+  const double area2 = bb * cc - bc * bc;
+  if (!(area2 > kNarrowSine2 * bb * cc)) {
+    return closest_point_on_triangle(p, {a, b, c}).distance2;
+  }
+  const double pb = dot(ap, ab), pc = dot(ap, ac);
+  // Barycentrics of the projection times area2.
+  const double v = cc * pb - bc * pc;
+  const double w = bb * pc - bc * pb;
+  const double u = area2 - v - w;
+  if (u >= 0 && v >= 0 && w >= 0) {
+    return norm2(ap - (v / area2) * ab - (w / area2) * ac);
+  }
+  double least = std::numeric_limits<double>::infinity();
+  if (w < 0) least = edge_distance2(ap, ab, pb, bb);
+  if (v < 0) least = std::min(least, edge_distance2(ap, ac, pc, cc));
+  if (u < 0) {
+    const Vec3 edge = c - b;
+    const Vec3 bp = p - b;
+    least = std::min(least, edge_distance2(bp, edge, dot(bp, edge), norm2(edge)));
+  }
+  return least;
 }
 
 double box_distance2(const Vec3& p, const Box3& box) {

@@ -19,6 +19,10 @@ struct TrianglePoint {
 /// segment or a point.
 TrianglePoint closest_point_on_triangle(const Vec3& p, const TrianglePositions& triangle);
 
+/// Squared distance from p to a triangle, for four fifths of the time of closest_point_on_triangle.
+/// The distance is the same within 1e-13 of the size of triangle and p.
+double triangle_distance2(const Vec3& p, const Vec3& a, const Vec3& b, const Vec3& c);
+
 /// Squared distance from p to a box that is not empty; 0 inside.
 double box_distance2(const Vec3& p, const Box3& box);
 

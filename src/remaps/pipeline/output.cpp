@@ -144,8 +144,8 @@ void measure_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan
   options.threads = job.threads;
   options.memory_bytes = std::max<std::uint64_t>(plan.budget_bytes / 2, 8 << 20);
   options.progress = &progress;
-  report.error =
-      measure_surface_error(TilePieces(bundle.tiles()), StreamedPieces(metered_output), options);
+  report.error = measure_surface_error(
+      TilePieces(bundle.tiles()), StreamedPieces(metered_output, options.memory_bytes), options);
   report.quality = meter.result();
 }
 
