@@ -23,7 +23,15 @@ std::vector<FloatBox> random_boxes(std::size_t n, float size, unsigned seed) {
   return boxes;
 }
 
-/// Distances of all items that a search meets whose visitor lowers the reach to what it has seen.
+void build(BoxTree& tree, const std::vector<FloatBox>& boxes) {
+  FloatBox around;
+  for (const FloatBox& box : boxes) around.add(box);
+  tree.build(static_cast<std::uint32_t>(boxes.size()), around,
+             [&](std::uint32_t i) { return boxes[i]; });
+}
+
+/// The distance of the nearest of all items that a search meets whose visitor lowers the reach to
+/// what it has seen.
 float search_nearest(const BoxTree& tree, const std::vector<FloatBox>& boxes, const Float3& p) {
   float reach2 = std::numeric_limits<float>::max();
   tree.search(p, reach2, [&](std::uint32_t item) {
@@ -34,8 +42,8 @@ float search_nearest(const BoxTree& tree, const std::vector<FloatBox>& boxes, co
 
 void expect_nearest(const std::vector<FloatBox>& boxes, unsigned seed) {
   BoxTree tree;
-  tree.build(random_boxes(300, 1, 99));  // what was there before leaves no trace
-  tree.build(boxes);
+  build(tree, random_boxes(300, 1, 99));  // what was there before leaves no trace
+  build(tree, boxes);
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> coordinate(-2, 2);
   for (int i = 0; i < 100; ++i) {
@@ -67,7 +75,7 @@ TEST(BoxTree, FindsTheNearestOfEqualAndFlatAndHugeBoxes) {
 TEST(BoxTree, VisitsEachItemOnceWhereReachHasNoEnd) {
   const std::vector<FloatBox> boxes = random_boxes(3'000, 0.1f, 10);
   BoxTree tree;
-  tree.build(boxes);
+  build(tree, boxes);
   std::vector<int> visits(boxes.size(), 0);
   float reach2 = std::numeric_limits<float>::max();
   tree.search({}, reach2, [&](std::uint32_t item) { ++visits[item]; });

@@ -63,9 +63,25 @@ class BoxTree {
     void set(unsigned i, const FloatBox& box);
     /// Sets boxes i to i + 3, and adds them to a sum.
     void set4(unsigned i, const FloatBox& a, const FloatBox& b, const FloatBox& c,
-              const FloatBox& d, FloatBox& sum);
+              const FloatBox& d, FloatBox& sum) {
+      const Float4 la = a.low.all(), lb = b.low.all(), lc = c.low.all(), ld = d.low.all();
+      const Float4 ha = a.high.all(), hb = b.high.all(), hc = c.high.all(), hd = d.high.all();
+      sum.low = Float3::of(min(sum.low.all(), min(min(la, lb), min(lc, ld))));
+      sum.high = Float3::of(max(sum.high.all(), max(max(ha, hb), max(hc, hd))));
+      set_rows(la, lb, lc, ld, i, low);
+      set_rows(ha, hb, hc, hd, i, high);
+    }
     FloatBox box(unsigned i) const {
       return {{low[0][i], low[1][i], low[2][i]}, {high[0][i], high[1][i], high[2][i]}};
+    }
+
+   private:
+    static void set_rows(Float4 x, Float4 y, Float4 z, Float4 unused, unsigned i,
+                         std::array<std::array<float, kWidth>, 3>& to) {
+      transpose(x, y, z, unused);
+      x.store(&to[0][i]);
+      y.store(&to[1][i]);
+      z.store(&to[2][i]);
     }
   };
 
@@ -75,8 +91,18 @@ class BoxTree {
     std::uint32_t index = 0;
   };
 
-  /// @param items  one or more
-  void build(std::span<const FloatBox> items);
+  /// @param items   one or more
+  /// @param box_of  called with the number of an item, several times; the items are in `around`
+  template <class BoxOf>
+  void build(std::uint32_t items, const FloatBox& around, const BoxOf& box_of) {
+    box_ = around;
+    const Cells cells(around, items);
+    begin_sort(items, cells);
+    for (std::uint32_t i = 0; i < items; ++i) ++past_[cell_[i] = cells.of(box_of(i))];
+    end_sort();
+    add_level(items, [&](std::uint32_t at) { return box_of(order_[at]); });
+    add_upper_levels();
+  }
 
   Entry root() const { return {static_cast<std::uint32_t>(first_.size()), 0}; }
   const FloatBox& box() const { return box_; }
@@ -185,10 +211,51 @@ class BoxTree {
     return {entry.level - 1, entry.level == 1 ? order_[at] : at};
   }
 
-  void sort(std::span<const FloatBox> items);
-  void add_level(std::span<const FloatBox> boxes, bool sorted);
+  /// The cells of the curve.
+  class Cells {
+   public:
+    Cells(const FloatBox& around, std::uint32_t items);
+    std::size_t size() const { return std::size_t{1} << 3 * bits_; }
+    /// That of the centre of a box, which is half the sum of its corners.
+    std::uint32_t of(const FloatBox& box) const {
+      const Float3 at = Float3::of((box.low.all() + box.high.all() - low_) * cells_);
+      return along(at.x) | along(at.y) << 1 | along(at.z) << 2;
+    }
 
-  std::uint32_t items_ = 0;
+   private:
+    std::uint32_t along(float at) const {
+      return spread_[std::min(static_cast<unsigned>(at), (1u << bits_) - 1)];
+    }
+
+    unsigned bits_;  // of the number of cells along a side
+    Float4 low_, cells_;
+    std::array<std::uint32_t, 64> spread_;
+  };
+
+  void begin_sort(std::uint32_t items, const Cells& cells);
+  void end_sort();
+  void add_upper_levels();
+
+  /// Groups boxes, and leaves those of the groups in level_box_.
+  template <class BoxAt>
+  void add_level(std::uint32_t boxes, const BoxAt& box_at) {
+    Group* group = begin_level(boxes);
+    for (std::uint32_t at = 0; at < boxes; ++group) {
+      FloatBox sum;
+      unsigned i = 0;
+      for (; i < kWidth && at + 4 <= boxes; i += 4, at += 4) {
+        group->set4(i, box_at(at), box_at(at + 1), box_at(at + 2), box_at(at + 3), sum);
+      }
+      for (; i < kWidth && at < boxes; ++i, ++at) {
+        const FloatBox box = box_at(at);
+        group->set(i, box);
+        sum.add(box);
+      }
+      level_box_.push_back(sum);
+    }
+  }
+  Group* begin_level(std::uint32_t boxes);
+
   FloatBox box_;
   std::vector<Group> groups_;                 // level by level, the items' first
   std::vector<std::uint32_t> first_, count_;  // of each level, in groups_

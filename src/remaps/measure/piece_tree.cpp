@@ -12,14 +12,16 @@ void PieceTree::build(const SurfacePiece& piece, double scale) {
     box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
   }
   frame_ = FloatFrame(0.5 * box.low + 0.5 * box.high, scale);
+  const Float3 low = frame_.to_local(box.low), high = frame_.to_local(box.high);
   local_.clear();
   for (const Vec3& p : piece.position) local_.push_back(frame_.to_local(p));
-  triangle_.clear();
-  for (const auto& t : piece.triangle) {
-    const Float4 a = local_[t[0]].all(), b = local_[t[1]].all(), c = local_[t[2]].all();
-    triangle_.push_back({Float3::of(min(min(a, b), c)), Float3::of(max(max(a, b), c))});
-  }
-  boxes_.build(triangle_);
+  boxes_.build(static_cast<std::uint32_t>(piece.triangle.size()), {low, high},
+               [&](std::uint32_t i) -> FloatBox {
+                 const auto& t = piece.triangle[i];
+                 const Float4 a = local_[t[0]].all(), b = local_[t[1]].all(),
+                              c = local_[t[2]].all();
+                 return {Float3::of(min(min(a, b), c)), Float3::of(max(max(a, b), c))};
+               });
   spread_ = spread_of(boxes_.box());
 }
 

@@ -67,7 +67,7 @@ class PieceTree {
 
   /// The bytes of a piece, its tree and the areas of its triangles.
   static constexpr std::uint64_t kBytesPerTriangle = 3 * (sizeof(Vec3) + sizeof(Float3)) +
-                                                     3 * sizeof(LocalIndex) + sizeof(FloatBox) +
+                                                     3 * sizeof(LocalIndex) +
                                                      BoxTree::kBytesPerItem + sizeof(double);
 
  private:
@@ -75,8 +75,7 @@ class PieceTree {
   FloatFrame frame_;
   float spread_ = 0;
   BoxTree boxes_;
-  std::vector<Float3> local_;       // positions
-  std::vector<FloatBox> triangle_;  // boxes
+  std::vector<Float3> local_;  // positions
 };
 
 }  // namespace remaps

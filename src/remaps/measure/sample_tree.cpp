@@ -31,6 +31,12 @@ bool in_order(const SurfacePoint& a, const SurfacePoint& b) {
   return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
 }
 
+/// Box3::add for finite points, without its care for others.
+void enclose(const Vec3& p, Box3& box) {
+  box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y), std::min(box.low.z, p.z)};
+  box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y), std::max(box.high.z, p.z)};
+}
+
 double gap2(const Vec3& low, const Vec3& high, const Box3& box) {
   const auto gap = [](double a_low, double a_high, double b_low, double b_high) {
     return std::max({a_low - b_high, b_low - a_high, 0.0});
@@ -62,8 +68,8 @@ SampleTree::SampleTree(std::vector<SurfacePoint> points, Repeats repeats)
     for (std::size_t i = 0; i < n; ++i) {
       Box3 box;
       for (std::size_t c = kWidth * i; c < std::min(below, kWidth * (i + 1)); ++c) {
-        box.add(levels_.empty() ? points_[c].position : levels_.back()[c].low);
-        box.add(levels_.empty() ? points_[c].position : levels_.back()[c].high);
+        enclose(levels_.empty() ? points_[c].position : levels_.back()[c].low, box);
+        enclose(levels_.empty() ? points_[c].position : levels_.back()[c].high, box);
       }
       nodes.push_back({box.low, box.high, infinite});
     }
@@ -77,11 +83,12 @@ void SampleTree::bound_by(std::span<const Vec3> scouts, double scale) {
   Box3 around;
   for (const Vec3& scout : scouts) around.add(scout);
   const FloatFrame frame(0.5 * around.low + 0.5 * around.high, scale);
-  std::vector<FloatBox> dots;
-  dots.reserve(scouts.size());
-  for (const Vec3& scout : scouts) dots.push_back({frame.to_local(scout), frame.to_local(scout)});
   BoxTree tree;
-  tree.build(dots);
+  tree.build(static_cast<std::uint32_t>(scouts.size()),
+             {frame.to_local(around.low), frame.to_local(around.high)}, [&](std::uint32_t i) {
+               const Float3 dot = frame.to_local(scouts[i]);
+               return FloatBox{dot, dot};
+             });
   const float spread = spread_of(tree.box());
   // A scout may lie beside its triangle by a few roundings.
   const double largest = std::max(norm(around.low), norm(around.high));

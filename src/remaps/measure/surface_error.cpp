@@ -16,8 +16,7 @@ namespace {
 constexpr std::uint64_t kLeastMemory = 1 << 20;
 
 /// A scout, its place along the area, and a tree of scouts.
-constexpr std::uint64_t kScoutBytes =
-    sizeof(Vec3) + sizeof(double) + sizeof(FloatBox) + BoxTree::kBytesPerItem;
+constexpr std::uint64_t kScoutBytes = sizeof(Vec3) + sizeof(double) + BoxTree::kBytesPerItem;
 
 std::size_t scouts_within(std::uint64_t memory_bytes) {
   return static_cast<std::size_t>(
