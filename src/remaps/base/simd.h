@@ -40,11 +40,40 @@ inline Int4 all4(std::int32_t value) {
 inline Float4 select4(Int4 mask, Float4 a, Float4 b) {
   return std::bit_cast<Float4>((mask & std::bit_cast<Int4>(a)) | (~mask & std::bit_cast<Int4>(b)));
 }
+/// a < b ? a : b, lane by lane.
 inline Float4 min4(Float4 a, Float4 b) {
+#ifdef __SSE2__
+  return std::bit_cast<Float4>(_mm_min_ps(std::bit_cast<__m128>(a), std::bit_cast<__m128>(b)));
+#else
   return select4(a < b, a, b);
+#endif
 }
+/// a > b ? a : b, lane by lane.
 inline Float4 max4(Float4 a, Float4 b) {
+#ifdef __SSE2__
+  return std::bit_cast<Float4>(_mm_max_ps(std::bit_cast<__m128>(a), std::bit_cast<__m128>(b)));
+#else
   return select4(a > b, a, b);
+#endif
+}
+/// Bit i: a[i] <= b[i].
+inline unsigned at_most4(Float4 a, Float4 b) {
+#ifdef __SSE2__
+  const __m128 mask = _mm_cmple_ps(std::bit_cast<__m128>(a), std::bit_cast<__m128>(b));
+  return static_cast<unsigned>(_mm_movemask_ps(mask));
+#else
+  unsigned bits = 0;
+  for (unsigned i = 0; i < kLanes; ++i) bits |= (a[i] <= b[i] ? 1u : 0u) << i;
+  return bits;
+#endif
+}
+/// Makes rows of columns.
+inline void transpose4(Float4& a, Float4& b, Float4& c, Float4& d) {
+  const Float4 ra{a[0], b[0], c[0], d[0]};
+  const Float4 rb{a[1], b[1], c[1], d[1]};
+  const Float4 rc{a[2], b[2], c[2], d[2]};
+  d = Float4{a[3], b[3], c[3], d[3]};
+  a = ra, b = rb, c = rc;
 }
 inline Float4 abs4(Float4 a) {
   return std::bit_cast<Float4>(std::bit_cast<Int4>(a) & all4(0x7FFFFFFF));

@@ -35,7 +35,7 @@ BoxTree::Cells::Cells(const FloatBox& around, std::uint32_t items)
   const unsigned cells = 1u << bits_;
   for (unsigned i = 0; i < cells; ++i) spread_[i] = static_cast<std::uint32_t>(spread_bits(i));
   const float extent = around.extent();
-  cells_ = Float4::all(extent > kLeastExtent ? 0.5f * static_cast<float>(cells) / extent : 0.0f);
+  cells_ = all4(extent > kLeastExtent ? 0.5f * static_cast<float>(cells) / extent : 0.0f);
 }
 
 void BoxTree::begin_sort(std::uint32_t items, const Cells& cells) {

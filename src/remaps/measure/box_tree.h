@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "remaps/measure/float4.h"
+#include "remaps/base/simd.h"
 
 namespace remaps {
 
@@ -18,10 +18,10 @@ struct alignas(16) Float3 {
 
   static Float3 of(Float4 values) {
     Float3 p;
-    values.store(&p.x);
+    store4(&p.x, values);
     return p;
   }
-  Float4 all() const { return Float4::load(&x); }
+  Float4 all() const { return load4(&x); }
 };
 
 /// Axis-aligned box; empty until something is added.
@@ -32,8 +32,8 @@ struct FloatBox {
               -std::numeric_limits<float>::infinity()};
 
   void add(const FloatBox& box) {
-    low = Float3::of(min(low.all(), box.low.all()));
-    high = Float3::of(max(high.all(), box.high.all()));
+    low = Float3::of(min4(low.all(), box.low.all()));
+    high = Float3::of(max4(high.all(), box.high.all()));
   }
   float extent() const { return std::max({high.x - low.x, high.y - low.y, high.z - low.z}); }
 };
@@ -66,8 +66,8 @@ class BoxTree {
               const FloatBox& d, FloatBox& sum) {
       const Float4 la = a.low.all(), lb = b.low.all(), lc = c.low.all(), ld = d.low.all();
       const Float4 ha = a.high.all(), hb = b.high.all(), hc = c.high.all(), hd = d.high.all();
-      sum.low = Float3::of(min(sum.low.all(), min(min(la, lb), min(lc, ld))));
-      sum.high = Float3::of(max(sum.high.all(), max(max(ha, hb), max(hc, hd))));
+      sum.low = Float3::of(min4(sum.low.all(), min4(min4(la, lb), min4(lc, ld))));
+      sum.high = Float3::of(max4(sum.high.all(), max4(max4(ha, hb), max4(hc, hd))));
       set_rows(la, lb, lc, ld, i, low);
       set_rows(ha, hb, hc, hd, i, high);
     }
@@ -78,10 +78,10 @@ class BoxTree {
    private:
     static void set_rows(Float4 x, Float4 y, Float4 z, Float4 unused, unsigned i,
                          std::array<std::array<float, kWidth>, 3>& to) {
-      transpose(x, y, z, unused);
-      x.store(&to[0][i]);
-      y.store(&to[1][i]);
-      z.store(&to[2][i]);
+      transpose4(x, y, z, unused);
+      store4(&to[0][i], x);
+      store4(&to[1][i], y);
+      store4(&to[2][i], z);
     }
   };
 
@@ -144,18 +144,18 @@ class BoxTree {
   class Distances {
    public:
     Distances(const Group& group, const FloatBox& from) {
-      const Float4 low_x = Float4::all(from.low.x), high_x = Float4::all(from.high.x);
-      const Float4 low_y = Float4::all(from.low.y), high_y = Float4::all(from.high.y);
-      const Float4 low_z = Float4::all(from.low.z), high_z = Float4::all(from.high.z);
+      const Float4 low_x = all4(from.low.x), high_x = all4(from.high.x);
+      const Float4 low_y = all4(from.low.y), high_y = all4(from.high.y);
+      const Float4 low_z = all4(from.low.z), high_z = all4(from.high.z);
       for (unsigned i = 0; i < kWidth; i += 4) {
         const auto gap = [&](Float4 low, Float4 high, unsigned axis) {
-          const Float4 above = Float4::load(&group.low[axis][i]) - high;
-          const Float4 below = low - Float4::load(&group.high[axis][i]);
-          return max(max(above, below), Float4::all(0));
+          const Float4 above = load4(&group.low[axis][i]) - high;
+          const Float4 below = low - load4(&group.high[axis][i]);
+          return max4(max4(above, below), all4(0.0f));
         };
         const Float4 x = gap(low_x, high_x, 0), y = gap(low_y, high_y, 1),
                      z = gap(low_z, high_z, 2);
-        (x * x + y * y + z * z).store(&value_[i]);
+        store4(&value_[i], x * x + y * y + z * z);
       }
     }
 
@@ -163,7 +163,7 @@ class BoxTree {
     unsigned within(float reach2) const {
       unsigned bits = 0;
       for (unsigned i = 0; i < kWidth; i += 4) {
-        bits |= at_most(Float4::load(&value_[i]), Float4::all(reach2)) << i;
+        bits |= at_most4(load4(&value_[i]), all4(reach2)) << i;
       }
       return bits;
     }

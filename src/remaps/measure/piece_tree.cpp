@@ -20,7 +20,7 @@ void PieceTree::build(const SurfacePiece& piece, double scale) {
                  const auto& t = piece.triangle[i];
                  const Float4 a = local_[t[0]].all(), b = local_[t[1]].all(),
                               c = local_[t[2]].all();
-                 return {Float3::of(min(min(a, b), c)), Float3::of(max(max(a, b), c))};
+                 return {Float3::of(min4(min4(a, b), c)), Float3::of(max4(max4(a, b), c))};
                });
   spread_ = spread_of(boxes_.box());
 }
