@@ -54,6 +54,30 @@ TEST_F(Ply, ReadsBothByteOrders) {
   }
 }
 
+TEST_F(Ply, SaysWherePositionsAreAnArrayInTheFile) {
+  const auto array_of = [&](std::string_view format, std::string_view properties) {
+    const std::string bytes =
+        header(format, "element vertex 4\n" + std::string(properties)) + std::string(200, '\0');
+    return open_mesh_reader(make_file("p.ply", bytes))->position_array();
+  };
+  const std::string start =
+      header("binary_little_endian", "element vertex 4\n" + std::string(kPositions));
+  const auto array = array_of("binary_little_endian", kPositions);
+  ASSERT_EQ(array.has_value(), std::endian::native == std::endian::little);
+  if (array) {
+    EXPECT_EQ(array->path, directory() / "p.ply");
+    EXPECT_EQ(array->offset, start.size());
+  }
+  for (const std::string_view other :
+       {"property float x\nproperty float z\nproperty float y\n",
+        "property double x\nproperty double y\nproperty double z\n",
+        "property float x\nproperty float y\nproperty float z\nproperty uchar red\n"}) {
+    EXPECT_FALSE(array_of("binary_little_endian", other)) << other;
+  }
+  EXPECT_FALSE(array_of("binary_big_endian", kPositions));
+  EXPECT_FALSE(array_of("ascii", kPositions));
+}
+
 TEST_F(Ply, ReadsBigEndianDoubles) {
   std::string bytes = header("binary_big_endian",
                              "element vertex 1\nproperty double x\nproperty float64 y\n"

@@ -39,11 +39,15 @@ class VertexSpoolTest : public test::TempFiles {
 
 TEST_F(VertexSpoolTest, ReadsBackPositionsFromAnywhere) {
   const test::MeshLists mesh = test::scan(BaseShape::kTorus, 40'000);
-  const auto reader = write_and_open(mesh);
-  PositionSample sample(100);
-  {
+  write_and_open(mesh);
+  test::write_lists(mesh, directory() / "in.obj");
+  for (const char* name : {"in.ply", "in.obj"}) {
+    const auto reader = open_mesh_reader(directory() / name);
+    PositionSample sample(100);
     VertexSpool spool(path());
     spool.fill(*reader, &sample, [](double) {});
+    EXPECT_EQ(std::filesystem::exists(path()), std::string(name) == "in.obj")
+        << "a PLY of floats needs no copy";
     ASSERT_EQ(spool.vertices(), mesh.position.size());
     EXPECT_EQ(spool.origin(), Vec3{});
     EXPECT_EQ(sample.seen(), mesh.position.size());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -294,6 +295,13 @@ class PlyReader final : public IndexedMeshReader {
   }
 
   bool positions_are_float() const override { return all_float_; }
+  std::optional<PositionArray> position_array() const override {
+    const std::optional<std::uint64_t> begin = offsets_[index_of(*vertex_)];
+    const bool as_in_memory = header_.encoding == PlyEncoding::little_endian &&
+                              std::endian::native == std::endian::little;
+    if (!begin || !as_in_memory || !is_float_triple()) return std::nullopt;
+    return PositionArray{source_.path(), *begin};
+  }
   double pass_fraction() const override { return pass_.fraction(source_.offset()); }
   std::uint64_t bytes_total() const override { return source_.size(); }
   std::uint64_t bytes_read() const override { return source_.offset(); }
@@ -319,6 +327,17 @@ class PlyReader final : public IndexedMeshReader {
       }
       all_float_ &= fits_float(property->type);
     }
+  }
+
+  /// True when a vertex is x, y and z in floats and nothing else.
+  bool is_float_triple() const {
+    const std::vector<PlyProperty>& properties = vertex_->properties;
+    if (properties.size() != kAxes.size()) return false;
+    for (std::size_t i = 0; i < kAxes.size(); ++i) {
+      if (&properties[i] != vertex_->find(kAxes[i]) || properties[i].type != PlyType::float32)
+        return false;
+    }
+    return true;
   }
 
   void check_corner_list(const PlyElement& element) const {

@@ -111,6 +111,8 @@ namespace {
 
 using Direction = SegmentMap::Direction;
 
+using Double2 = double __attribute__((vector_size(16)));
+
 constexpr std::uint32_t kEnd = 0x80000000u;
 constexpr unsigned kUnit = 4;  // words
 /// Points that walk at a time: enough to hide the time that memory takes.
@@ -145,16 +147,27 @@ struct Sides {
   unsigned left = 0, near = 0;
 };
 
+/// Twice the areas below which floats do not tell the side (simd.h): a millionth of a star's.
+constexpr float kNear = 0x1p9f;
+
 [[gnu::always_inline]] inline Sides sides_of(const Stop& r, GridPoint from, const PlanarPoint& p) {
-  Sides sides;
-  const double dx = p.x - from.x;
-  const double dy = p.y - from.y;
+  const auto ax = static_cast<float>(from.x);
+  const auto ay = static_cast<float>(from.y);
+  const auto dx = static_cast<float>(p.x - from.x);
+  const auto dy = static_cast<float>(p.y - from.y);
   const unsigned n = r.ring_size();
-  for (unsigned i = 0; i < n; i += kLanes) {
-    const SignMasks masks = signs_of_cross(load4(r.words + 2 + i), from.x, from.y, dx, dy, 0x1p-20);
-    sides.left |= masks.positive << i;
-    sides.near |= masks.near << i;
-  }
+  const auto four = [&](unsigned i) {
+    return signs_of_cross(load4(r.words + 2 + i), ax, ay, dx, dy, kNear);
+  };
+  // Nearly all rings have at most eight points; so there is no branch on their number.
+  const SignMasks low = four(0);
+  const SignMasks high = four(kLanes);
+  Sides sides{low.positive | high.positive << kLanes, low.near | high.near << kLanes};
+  for (unsigned i = 2 * kLanes; i < n; i += kLanes) [[unlikely]] {
+      const SignMasks more = four(i);
+      sides.left |= more.positive << i;
+      sides.near |= more.near << i;
+    }
   const unsigned all = (1u << n) - 1;
   sides.left &= all;
   sides.near &= all;
@@ -185,9 +198,9 @@ struct Sides {
   if (!(outer > 0x1p-20)) return kMaxRing;
   const double w1 = -cross_of(apex, b, p);
   const double w2 = cross_of(apex, a, p);
-  const double sum = outer + w1 + w2;
-  point.u = w1 / sum;
-  point.v = w2 / sum;
+  const Double2 weights = Double2{w1, w2} / (outer + w1 + w2);
+  point.u = weights[0];
+  point.v = weights[1];
   return j;
 }
 
@@ -251,7 +264,7 @@ void SegmentMap::link(const RetriangulationLog& log, std::size_t faces) {
     if (end / kUnit >= kEnd / 16)
       throw BudgetError("a segment has more records than can be linked");
   }
-  path_.assign(end + kLanes, 0);  // the last ring may be loaded beyond its end
+  path_.assign(end + 2 * kLanes, 0);  // rings are loaded beyond their ends
   first_.resize(faces);
   for (std::size_t f = 0; f < faces; ++f) first_[f] = kEnd | static_cast<std::uint32_t>(f);
   for (std::size_t i = 0; i < log.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "remaps/base/function_ref.h"
@@ -14,6 +15,12 @@ namespace remaps {
 using PositionSink = FunctionRef<void(std::span<const Vec3>)>;
 /// Receives a chunk of triangles, in file order. Indices count from 0 and are valid.
 using IndexSink = FunctionRef<void(std::span<const Triangle>)>;
+
+/// Where a file has its positions one after the other as they are in memory: an array of Vec3f.
+struct PositionArray {
+  std::filesystem::path path;
+  std::uint64_t offset = 0;
+};
 
 /// A triangle mesh in a file, read as two streams. Memory stays bounded whatever the file's size.
 /// Each read_* is one pass over the file and may be called again.
@@ -32,6 +39,10 @@ class IndexedMeshReader {
 
   /// True when every coordinate in the file is a float (so that storing floats loses nothing).
   virtual bool positions_are_float() const = 0;
+
+  /// The positions as an array in the file, where they are one, so that nobody need copy them to
+  /// have them at hand. What read_positions refuses may be among them.
+  virtual std::optional<PositionArray> position_array() const { return std::nullopt; }
 
   /// The fraction of the present pass that is over, 0 to 1: for progress bars. An estimate where
   /// the file does not tell how long its parts are.

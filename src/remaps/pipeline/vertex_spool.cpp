@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+
+#include "remaps/base/errors.h"
 
 namespace remaps::pipeline {
 namespace {
@@ -11,6 +14,7 @@ constexpr std::size_t kFlushVertices = 1 << 15;
 }  // namespace
 
 VertexSpool::~VertexSpool() {
+  if (in_place_) return;
   std::error_code ignored;
   std::filesystem::remove(path_, ignored);
 }
@@ -25,11 +29,15 @@ void VertexSpool::choose_origin(std::span<const Vec3> positions, bool is_float) 
 
 void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
                        const std::function<void(double)>& progress) {
+  const std::optional<PositionArray> array = reader.position_array();
+  in_place_ = array.has_value();
+  file_ = in_place_ ? store::File::open_read(array->path) : store::File::create(path_);
+  begin_ = in_place_ ? array->offset : 0;
   reader.read_positions([&](std::span<const Vec3> positions) {
     if (vertices_ == 0) choose_origin(positions, reader.positions_are_float());
     for (const Vec3& p : positions) {
       const Vec3f stored = to_float(p - origin_);
-      waiting_.push_back(stored);
+      if (!in_place_) waiting_.push_back(stored);
       box_.add(widen(stored));
       if (sample != nullptr) sample->add(stored);
     }
@@ -42,13 +50,16 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
 }
 
 void VertexSpool::flush() {
+  if (waiting_.empty()) return;
   file_.write_at((vertices_ - waiting_.size()) * sizeof(Vec3f), std::as_bytes(std::span(waiting_)));
   disk_.grow(waiting_.size() * sizeof(Vec3f));
   waiting_.clear();
 }
 
 void VertexSpool::read(std::uint64_t first, std::span<Vec3f> out) const {
-  file_.read_at(first * sizeof(Vec3f), std::as_writable_bytes(out));
+  if (first > vertices_ || out.size() > vertices_ - first)
+    throw CorruptionError("vertices beyond the last were asked for");
+  file_.read_at(begin_ + first * sizeof(Vec3f), std::as_writable_bytes(out));
 }
 
 VertexLookup::VertexLookup(const VertexSpool& spool, const SpaceCut* cut, std::uint64_t cache_bytes,

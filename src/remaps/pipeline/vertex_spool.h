@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "remaps/base/function_ref.h"
@@ -16,16 +17,17 @@
 
 namespace remaps::pipeline {
 
-/// All vertex positions of an input in a temporary file, as floats relative to an origin: what
-/// faces are joined with.
+/// All vertex positions of an input on disk, as floats relative to an origin: what faces are joined
+/// with. An input that has them as an array already is read in place; of others a temporary file is
+/// made.
 ///
 /// The origin is zero unless the first vertices lie farther than 1000 times their own extent from
 /// zero (maps, surveys); then it is their centre, so that floats suffice. Input that is float in
 /// its file is kept as it is.
 class VertexSpool {
  public:
-  explicit VertexSpool(const std::filesystem::path& path)
-      : path_(path), file_(store::File::create(path)) {}
+  /// @param path  of the temporary file, should it be needed
+  explicit VertexSpool(std::filesystem::path path) : path_(std::move(path)) {}
   ~VertexSpool();
   VertexSpool(const VertexSpool&) = delete;
   VertexSpool& operator=(const VertexSpool&) = delete;
@@ -46,6 +48,8 @@ class VertexSpool {
 
   std::filesystem::path path_;
   store::File file_;
+  std::uint64_t begin_ = 0;  // in the file, of the first position
+  bool in_place_ = false;
   store::DiskShare disk_;
   Vec3 origin_;
   Box3 box_;
