@@ -51,23 +51,26 @@ struct DistanceSums {
   double mean() const { return distances / static_cast<double>(samples); }
 };
 
-/// Steps of the whole job, which are passes over pieces.
-class Steps {
+// What a triangle costs in each pass, relative to the others.
+constexpr double kSummarised = 1, kSampled = 1, kSampledAndMatched = 3, kMatched = 2;
+
+/// How far the whole job is: triangles that have passed, by their costs.
+class Work {
  public:
-  Steps(Progress* progress, std::size_t steps)
-      : progress_(progress), steps_(static_cast<double>(steps)) {}
+  Work(Progress* progress, double all) : progress_(progress), all_(all) {}
 
   void check() const {
     if (progress_ != nullptr) progress_->check();
   }
-  void advance() {
-    if (progress_ != nullptr) progress_->advance(static_cast<double>(++done_) / steps_);
+  void advance(double done) {
+    done_ += done;
+    if (progress_ != nullptr) progress_->advance(std::min(done_ / all_, 1.0));
   }
 
  private:
   Progress* progress_;
-  double steps_;
-  std::size_t done_ = 0;
+  double all_;
+  double done_ = 0;
 };
 
 /// One of the two surfaces, with the points of it that are held at present.
@@ -154,13 +157,17 @@ class Side {
 /// The passes after the first.
 class Passes {
  public:
-  Passes(double scale, unsigned threads, Steps& steps)
-      : scale_(scale), threads_(threads), steps_(steps), lanes_(threads) {}
+  Passes(double scale, unsigned threads, Work& work)
+      : scale_(scale), threads_(threads), work_(work), lanes_(threads) {}
 
   /// Streams the surface of one side for its own points (`sampler`, if there is one) and past those
   /// of the other (`held`, if there are any).
   void pass(Side& side, const SurfaceSampler* sampler, Side* held) {
     const std::vector<SurfaceSummary::Piece>& pieces = side.summary().pieces;
+    const double cost = sampler == nullptr ? kMatched
+                        : held == nullptr  ? kSampled
+                                           : kSampledAndMatched;
+    std::uint64_t passed = 0;
     const auto near = [&](std::size_t i) {
       return held != nullptr && held->any_near(pieces[i].box);
     };
@@ -170,7 +177,7 @@ class Passes {
     };
     side.surface().stream(threads_, wanted,
                           [&](std::size_t i, const SurfacePiece& piece, unsigned number) -> Commit {
-                            steps_.check();
+                            work_.check();
                             Lane& lane = lanes_[number];
                             SurfacePoints points;
                             if (sampler != nullptr) sampler->sample(i, piece, lane.areas, points);
@@ -178,9 +185,14 @@ class Passes {
                               lane.tree.build(piece, scale_);
                               held->approach(lane.tree, lane.scratch);
                             }
-                            return [&side, points = std::move(points)] { side.take(points); };
+                            return [&, i, points = std::move(points)] {
+                              side.take(points);
+                              const std::uint64_t before = pieces[i].triangles_before;
+                              work_.advance(cost * static_cast<double>(before - passed));
+                              passed = before;
+                            };
                           });
-    steps_.advance();
+    work_.advance(cost * static_cast<double>(side.summary().triangles - passed));
   }
 
  private:
@@ -192,7 +204,7 @@ class Passes {
 
   const double scale_;
   const unsigned threads_;
-  Steps& steps_;
+  Work& work_;
   std::vector<Lane> lanes_;
 };
 
@@ -227,8 +239,15 @@ SurfaceError measure_surface_error(const SurfacePieces& original, const SurfaceP
   const MemoryShares shares(options, large.summary(), small.summary());
   const std::uint64_t parts = (large.points() + small.points() + shares.points - 1) / shares.points;
   const double scale = scale_for(large.summary(), small.summary());
-  Steps steps(options.progress, 3 * parts);
-  Passes passes(scale, shares.threads, steps);
+  const auto triangles = [](const Side& side) {
+    return static_cast<double>(side.summary().triangles);
+  };
+  const double first = kSummarised * (triangles(large) + triangles(small));
+  const double part_cost =
+      kSampledAndMatched * triangles(large) + (kSampled + kMatched) * triangles(small);
+  Work work(options.progress, first + part_cost * static_cast<double>(parts));
+  work.advance(first);
+  Passes passes(scale, shares.threads, work);
   for (std::uint64_t part = 0; part < parts; ++part) {
     const SurfaceSampler on_small = small.begin(part, parts);
     passes.pass(small, &on_small, nullptr);

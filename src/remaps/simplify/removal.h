@@ -2,6 +2,7 @@
 
 #include <cstddef>
 
+#include "remaps/base/progress.h"
 #include "remaps/mesh/patch.h"
 #include "remaps/simplify/flatten.h"
 
@@ -15,6 +16,9 @@ struct SimplifyOptions {
   unsigned max_valence = 12;        ///< of any vertex after a removal (larger ones may shrink)
   /// With fewer vertices left every fan of every star is tried at once (Simplifier only).
   std::size_t thorough_below = 0;
+  /// Told how many of the vertices that are to go have gone, where that takes long (Simplifier
+  /// only); may be null.
+  Progress* progress = nullptr;
 };
 
 // The cost of a removal is quadric^0.3 * (growth of the load)^0.7 * shape^-0.25; queues hold its

@@ -10,6 +10,7 @@ namespace remaps::simplify {
 namespace {
 
 constexpr unsigned kFansTried = 3;  // those of least quadric error get their load computed
+constexpr std::size_t kRemovalsPerReport = 256;
 
 }  // namespace
 
@@ -195,6 +196,9 @@ std::size_t Simplifier::run(const SimplifyOptions& options, Segment& segment, Pa
     remove(v, apex, log);
     removed.push_back(v);
     --left;
+    if (options.progress != nullptr && left % kRemovalsPerReport == 0) {
+      options.progress->advance(double(alive - left) / double(alive - options.target_vertices));
+    }
     care_ = care_with(left);
     update_ring(cost);
   }

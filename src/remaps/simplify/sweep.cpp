@@ -160,12 +160,14 @@ class Sweep {
       return;
     }
     if (output_.next == nullptr) simplify.thorough_below = kThorough * simplify.target_vertices;
+    if (level_.segments() == 1) simplify.progress = options_.progress;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {
       // Nothing goes any more under the usual rules: allow worse shapes and one more valence before
       // giving up.
       simplify.wedge_floor = simplify.fan_floor = 1e-6;
       simplify.max_valence = kMaxStarFaces - 1;
+      simplify.progress = nullptr;  // few are left: not begun again from none
       lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     }
     for (const LocalIndex v : lane.removed) lane.log.removed.push_back(s.vertex_id[v]);
