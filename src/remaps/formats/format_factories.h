@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "remaps/formats/byte_source.h"
 #include "remaps/mesh/indexed_stream.h"
@@ -15,8 +16,10 @@ std::unique_ptr<IndexedMeshReader> make_obj_reader(ByteSource source);
 std::unique_ptr<IndexedMeshReader> make_off_reader(ByteSource source);
 
 std::unique_ptr<IndexedMeshWriter> make_ply_writer(const std::filesystem::path& path,
-                                                   std::uint64_t vertices, std::uint64_t faces);
+                                                   std::uint64_t vertices, std::uint64_t faces,
+                                                   std::vector<AttributeSpec> attributes);
 std::unique_ptr<IndexedMeshWriter> make_obj_writer(const std::filesystem::path& path,
-                                                   std::uint64_t vertices, std::uint64_t faces);
+                                                   std::uint64_t vertices, std::uint64_t faces,
+                                                   std::vector<AttributeSpec> attributes);
 
 }  // namespace remaps

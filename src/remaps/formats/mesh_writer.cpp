@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <string>
+#include <utility>
+
 #include "remaps/base/errors.h"
 #include "remaps/formats/file_extension.h"
 #include "remaps/formats/format_factories.h"
@@ -14,13 +17,31 @@ bool is_writable_mesh(const std::filesystem::path& path) {
 }
 
 std::unique_ptr<IndexedMeshWriter> open_mesh_writer(const std::filesystem::path& path,
-                                                    std::uint64_t vertices, std::uint64_t faces) {
+                                                    std::uint64_t vertices, std::uint64_t faces,
+                                                    std::vector<AttributeSpec> attributes) {
   const std::string extension = lower_extension(path);
-  if (extension == ".ply") return make_ply_writer(path, vertices, faces);
-  if (extension == ".obj") return make_obj_writer(path, vertices, faces);
+  if (extension == ".ply") return make_ply_writer(path, vertices, faces, std::move(attributes));
+  if (extension == ".obj") return make_obj_writer(path, vertices, faces, std::move(attributes));
   throw InputError(
       fmt::format("{}: cannot write a mesh with extension '{}', supported are .ply, .obj",
                   path.string(), extension));
+}
+
+bool holds_attribute(const std::filesystem::path& path, const AttributeSpec& attribute) {
+  const std::string extension = lower_extension(path);
+  const bool corner = attribute.per == AttributePer::corner;
+  if (extension == ".ply") return !corner || attribute.kind == AttributeKind::uv;
+  if (extension != ".obj" || attribute.per == AttributePer::face) return false;
+  switch (attribute.kind) {
+    case AttributeKind::colour:
+      return !corner && attribute.components.size() >= 3;
+    case AttributeKind::normal:
+      return attribute.components.size() == 3;
+    case AttributeKind::uv:
+      return attribute.components.size() == 2;
+    default:
+      return false;
+  }
 }
 
 }  // namespace remaps

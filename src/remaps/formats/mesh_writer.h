@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "remaps/mesh/indexed_stream.h"
 
@@ -21,9 +22,17 @@ bool is_writable_mesh(const std::filesystem::path& path);
 /// index out of range, a coordinate that is not finite as a float.
 ///
 /// @param vertices, faces  exactly as many as will be written
+/// @param attributes       whose rows will be written too; those that the format does not hold are
+///                         left out of the file
 /// @throws InputError  any other extension; the message lists the supported ones
 /// @throws IoError     the file cannot be created
 std::unique_ptr<IndexedMeshWriter> open_mesh_writer(const std::filesystem::path& path,
-                                                    std::uint64_t vertices, std::uint64_t faces);
+                                                    std::uint64_t vertices, std::uint64_t faces,
+                                                    std::vector<AttributeSpec> attributes = {});
+
+/// True when the format of that extension has a place for such an attribute: PLY for all but
+/// normals of corners, OBJ for colours and normals of vertices, texture coordinates and normals of
+/// corners.
+bool holds_attribute(const std::filesystem::path& path, const AttributeSpec& attribute);
 
 }  // namespace remaps

@@ -1,7 +1,9 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
@@ -9,17 +11,18 @@
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
+#include "remaps/formats/row_emitter.h"
 #include "remaps/formats/text_scanner.h"
 
 namespace remaps {
 namespace {
 
-/// The file as logical lines, of which only those that begin with 'v' and 'f' matter.
+/// The file as logical lines, of which those that begin with 'v', 'vt', 'vn' and 'f' matter.
 class ObjLines {
  public:
   explicit ObjLines(ByteSource& source) : scanner_(source) {}
 
-  enum class Kind { vertex, face, other };
+  enum class Kind { vertex, texture, normal, face, other };
 
   bool at_end() const { return scanner_.at_end(); }
   TextScanner& scanner() { return scanner_; }
@@ -29,9 +32,16 @@ class ObjLines {
     scanner_.skip_blanks();
     const char first = scanner_.peek(0);
     comment_ = first == '#';
-    if ((first != 'v' && first != 'f') || !ends_keyword(scanner_.peek(1))) return Kind::other;
-    scanner_.consume(1);
-    return first == 'v' ? Kind::vertex : Kind::face;
+    if (first != 'v' && first != 'f') return Kind::other;
+    if (ends_keyword(scanner_.peek(1))) {
+      scanner_.consume(1);
+      return first == 'v' ? Kind::vertex : Kind::face;
+    }
+    const char second = scanner_.peek(1);
+    const bool known = first == 'v' && (second == 't' || second == 'n');
+    if (!known || !ends_keyword(scanner_.peek(2))) return Kind::other;
+    scanner_.consume(2);
+    return second == 't' ? Kind::texture : Kind::normal;
   }
 
   /// Passes over blanks and over line ends hidden by a backslash; true if the line has more to say.
@@ -55,6 +65,25 @@ class ObjLines {
   TextScanner scanner_;
   bool comment_ = false;
 };
+
+/// The numbers of a corner, v, v/t, v//n or v/t/n: 0 for what is not there.
+struct ObjCorner {
+  std::int64_t vertex = 0;
+  std::array<std::int64_t, 2> pool{};  // texture, normal
+};
+
+ObjCorner read_corner(TextScanner& scanner) {
+  ObjCorner corner;
+  corner.vertex = scanner.integer('/');
+  for (std::int64_t& number : corner.pool) {
+    if (scanner.peek(0) != '/') break;
+    scanner.consume(1);
+    const char next = scanner.peek(0);
+    if (next != '/' && next != '\\' && !is_blank(next) && next != '\n')
+      number = scanner.integer('/');
+  }
+  return corner;
+}
 
 class ObjReader final : public IndexedMeshReader {
  public:
@@ -83,6 +112,114 @@ class ObjReader final : public IndexedMeshReader {
       if (kind == ObjLines::Kind::face) read_face(lines, fan, seen);
     }
     triangles.flush();
+  }
+
+  std::vector<AttributeSpec> attributes() override {
+    if (!vertices_) visit_vertices([](ObjLines&) {});
+    std::vector<AttributeSpec> specs;
+    colours_ = count_colours();
+    if (colours_ > 0) {
+      AttributeSpec colour{"colour", AttributeKind::colour, AttributePer::vertex, {}, false};
+      for (std::size_t i = 0; i < colours_; ++i) {
+        constexpr std::array<const char*, 4> kNames = {"red", "green", "blue", "alpha"};
+        colour.components.push_back({kNames[i], ScalarType::float32});
+      }
+      specs.push_back(colour);
+    }
+    const ObjCorner corner = first_corner();
+    pools_.clear();
+    if (corner.pool[1] != 0) {
+      specs.push_back(
+          {"normal",
+           AttributeKind::normal,
+           AttributePer::vertex,
+           {{"nx", ScalarType::float32}, {"ny", ScalarType::float32}, {"nz", ScalarType::float32}},
+           true});
+    }
+    if (corner.pool[0] != 0) {
+      specs.push_back({"uv",
+                       AttributeKind::uv,
+                       AttributePer::corner,
+                       {{"u", ScalarType::float32}, {"v", ScalarType::float32}},
+                       true});
+    }
+    for (const AttributeSpec& spec : specs) pools_.push_back({spec.kind});
+    return specs;
+  }
+
+  void read_attributes(AttributePer per, AttributeSink sink) override {
+    if (per != AttributePer::vertex || colours_ == 0) return;
+    RowEmitter rows(colours_, sink);
+    std::array<double, 4> colour{};
+    visit_vertices([&](ObjLines& lines) {
+      colour.fill(0);
+      std::size_t number = 0;
+      while (number < 3 + colours_ && lines.next_value()) {
+        const double value = lines.scanner().real();
+        if (number >= 3) colour[number - 3] = value;
+        ++number;
+      }
+      rows.push(std::span(colour).first(colours_));
+    });
+    rows.flush();
+  }
+
+  void read_pool(std::size_t number, AttributeSink sink) override {
+    Pool& pool = pools_.at(number);
+    const bool normal = pool.kind == AttributeKind::normal;
+    const auto wanted = normal ? ObjLines::Kind::normal : ObjLines::Kind::texture;
+    RowEmitter rows(normal ? 3 : 2, sink);
+    ObjLines lines = go_to({});
+    pass_ = {0, source_.size()};
+    pool.values = 0;
+    std::array<double, 3> value{};
+    for (; !lines.at_end(); lines.end_line()) {
+      if (lines.begin_line() != wanted) continue;
+      value.fill(0);
+      std::size_t have = 0;
+      while (have < (normal ? 3U : 2U) && lines.next_value())
+        value[have++] = lines.scanner().real();
+      if (have < (normal ? 3U : 1U)) {
+        lines.scanner().fail(normal ? "expected three numbers of a normal, found fewer"
+                                    : "expected texture coordinates, found none");
+      }
+      rows.push(std::span(value).first(normal ? 3 : 2));
+      ++pool.values;
+    }
+    rows.flush();
+  }
+
+  void read_pool_uses(std::size_t number, PoolUseSink sink) override {
+    const Pool pool = pools_.at(number);
+    const bool normal = pool.kind == AttributeKind::normal;
+    ObjLines lines = go_to({});
+    pass_ = {0, source_.size()};
+    std::vector<PoolUse> uses;
+    std::uint64_t vertices = 0, values = 0;
+    for (; !lines.at_end(); lines.end_line()) {
+      const ObjLines::Kind kind = lines.begin_line();
+      vertices += kind == ObjLines::Kind::vertex;
+      values += kind == (normal ? ObjLines::Kind::normal : ObjLines::Kind::texture);
+      if (kind != ObjLines::Kind::face) continue;
+      // A fan, as read_face makes it.
+      std::array<PoolUse, 3> fan;
+      for (std::size_t corners = 0; lines.next_value(); ++corners) {
+        const ObjCorner corner = read_corner(lines.scanner());
+        const std::int64_t index = corner.pool[normal ? 1 : 0];
+        fan[std::min<std::size_t>(corners, 2)] = {
+            numbered(lines.scanner(), corner.vertex, *vertices_, vertices, "a vertex"),
+            index == 0 ? PoolUse::kNone
+                       : numbered(lines.scanner(), index, pool.values, values,
+                                  normal ? "a normal" : "a texture coordinate")};
+        if (corners < 2) continue;
+        uses.insert(uses.end(), fan.begin(), fan.end());
+        fan[1] = fan[2];
+        if (uses.size() < kUses) continue;
+        sink(uses);
+        uses.clear();
+      }
+    }
+    if (!uses.empty()) sink(uses);
   }
 
   bool positions_are_float() const override { return all_float_; }
@@ -148,18 +285,54 @@ class ObjReader final : public IndexedMeshReader {
   }
 
   VertexId vertex_id(const TextScanner& scanner, std::int64_t index, std::uint64_t seen) const {
+    return numbered(scanner, index, *vertices_, seen, "a vertex");
+  }
+
+  static std::uint64_t numbered(const TextScanner& scanner, std::int64_t index, std::uint64_t count,
+                                std::uint64_t seen, std::string_view what) {
     const auto magnitude =
         index < 0 ? 0 - static_cast<std::uint64_t>(index) : static_cast<std::uint64_t>(index);
-    if (index > 0 && magnitude <= *vertices_) return magnitude - 1;
+    if (index > 0 && magnitude <= count) return magnitude - 1;
     if (index < 0 && magnitude <= seen) return seen - magnitude;
-    scanner.fail(fmt::format("expected a vertex index from 1 to {} or from -{} to -1, found {}",
-                             *vertices_, seen, index));
+    scanner.fail(fmt::format("expected {} index from 1 to {} or from -{} to -1, found {}", what,
+                             count, seen, index));
   }
+
+  /// Numbers behind the position of the first vertex, if they are a colour.
+  std::size_t count_colours() {
+    ObjLines lines = go_to({});
+    for (; !lines.at_end(); lines.end_line()) {
+      if (lines.begin_line() != ObjLines::Kind::vertex) continue;
+      std::size_t numbers = 0;
+      while (numbers < 8 && lines.next_value()) {
+        lines.scanner().real();
+        ++numbers;
+      }
+      return numbers == 6 || numbers == 7 ? numbers - 3 : 0;
+    }
+    return 0;
+  }
+
+  /// Of the first face, which speaks for all.
+  ObjCorner first_corner() {
+    ObjLines lines = go_to(first_face_);
+    if (lines.at_end() || lines.begin_line() != ObjLines::Kind::face || !lines.next_value())
+      return {};
+    return read_corner(lines.scanner());
+  }
+
+  struct Pool {
+    AttributeKind kind;
+    std::uint64_t values = 0;  // once read
+  };
+  static constexpr std::size_t kUses = 3 * 2048;
 
   ByteSource source_;
   std::optional<std::uint64_t> vertices_;
   Place first_face_;  // once vertices_ is known
   bool all_float_ = false;
+  std::size_t colours_ = 0;  // numbers of a vertex's colour
+  std::vector<Pool> pools_;  // (attributes)
   PassRange pass_;
 };
 

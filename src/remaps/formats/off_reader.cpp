@@ -1,9 +1,12 @@
 #include <fmt/format.h>
 
+#include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
@@ -11,6 +14,7 @@
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
+#include "remaps/formats/row_emitter.h"
 #include "remaps/formats/text_scanner.h"
 
 namespace remaps {
@@ -78,6 +82,40 @@ class OffReader final : public IndexedMeshReader {
     triangles.flush();
   }
 
+  std::vector<AttributeSpec> attributes() override {
+    std::vector<AttributeSpec> specs;
+    const auto add = [&](const char* name, AttributeKind kind, AttributePer per,
+                         std::initializer_list<const char*> names, ScalarType type) {
+      specs.push_back({name, kind, per, {}, false});
+      for (const char* component : names) specs.back().components.push_back({component, type});
+    };
+    const auto add_colour = [&](const char* name, AttributePer per, const Rest& rest) {
+      if (rest.numbers != 3 && rest.numbers != 4) return;
+      add(name, AttributeKind::colour, per, {"red", "green", "blue"}, rest.type);
+      if (rest.numbers == 4) specs.back().components.push_back({"alpha", rest.type});
+    };
+    if (has_normals_) {
+      add("normal", AttributeKind::normal, AttributePer::vertex, {"nx", "ny", "nz"},
+          ScalarType::float32);
+    }
+    if (has_colours_ && vertices_ > 0) add_colour("colour", AttributePer::vertex, vertex_colour());
+    if (has_texture_) {
+      add("uv", AttributeKind::uv, AttributePer::vertex, {"s", "t"}, ScalarType::float32);
+    }
+    if (faces_ > 0) {
+      const bool taken = has_colours_ && channels(specs, AttributePer::vertex) > 0;
+      add_colour(taken ? "face-colour" : "colour", AttributePer::face, face_colour());
+    }
+    vertex_numbers_ = channels(specs, AttributePer::vertex);
+    face_numbers_ = channels(specs, AttributePer::face);
+    return specs;
+  }
+
+  void read_attributes(AttributePer per, AttributeSink sink) override {
+    if (per == AttributePer::vertex && vertex_numbers_ > 0) read_vertex_rows(sink);
+    if (per == AttributePer::face && face_numbers_ > 0) read_face_rows(sink);
+  }
+
   bool positions_are_float() const override { return all_float_; }
   double pass_fraction() const override { return pass_.fraction(source_.offset()); }
   std::uint64_t bytes_total() const override { return source_.size(); }
@@ -101,6 +139,87 @@ class OffReader final : public IndexedMeshReader {
     return lines;
   }
 
+  /// The numbers in the rest of a line.
+  struct Rest {
+    std::size_t numbers = 0;
+    ScalarType type = ScalarType::uint8;  // float32 if one is not a whole number of 0 to 255
+  };
+
+  static Rest look_at_rest(OffLines& lines) {
+    Rest rest;
+    while (rest.numbers < 16 && lines.next_value()) {
+      const std::string word(lines.scanner().word());
+      const bool whole = word.size() <= 3 &&
+                         word.find_first_not_of("0123456789") == std::string::npos &&
+                         std::stoi(word) <= 255;
+      if (!whole) rest.type = ScalarType::float32;
+      ++rest.numbers;
+    }
+    return rest;
+  }
+
+  Rest vertex_colour() {
+    OffLines lines = rewind(vertices_offset_);
+    expect_line(lines, "vertex", 0, vertices_);
+    for (std::size_t i = 0; i < (has_normals_ ? 6U : 3U) && lines.next_value(); ++i) {
+      lines.scanner().real();
+    }
+    Rest rest = look_at_rest(lines);
+    if (has_texture_ && rest.numbers >= 2) {
+      rest.numbers -= 2;
+      // Texture coordinates say nothing about the colour's type: take the wider one.
+      rest.type = ScalarType::float32;
+    }
+    return rest;
+  }
+
+  Rest face_colour() {
+    OffLines lines = go_to_faces();
+    expect_line(lines, "face", 0, faces_);
+    pass_corners(lines);
+    return look_at_rest(lines);
+  }
+
+  static std::int64_t pass_corners(OffLines& lines) {
+    const std::int64_t corners = lines.scanner().integer();
+    for (std::int64_t i = 0; i < corners && lines.next_value(); ++i) lines.scanner().integer();
+    return corners;
+  }
+
+  /// Reads numbers of the line; those that are missing are 0.
+  static void read_values(OffLines& lines, std::span<double> values) {
+    for (double& value : values) value = lines.next_value() ? lines.scanner().real() : 0;
+  }
+
+  void read_vertex_rows(AttributeSink sink) {
+    OffLines lines = rewind(vertices_offset_);
+    pass_ = {vertices_offset_, faces_offset_.value_or(source_.size())};
+    RowEmitter rows(vertex_numbers_, sink);
+    std::vector<double> values(vertex_numbers_);
+    std::array<double, 3> position{};
+    for (std::uint64_t i = 0; i < vertices_; ++i, lines.end_line()) {
+      expect_line(lines, "vertex", i, vertices_);
+      read_values(lines, position);
+      read_values(lines, values);
+      rows.push(values);
+    }
+    rows.flush();
+  }
+
+  void read_face_rows(AttributeSink sink) {
+    OffLines lines = go_to_faces();
+    pass_ = {*faces_offset_, source_.size()};
+    RowEmitter rows(face_numbers_, sink);
+    std::vector<double> values(face_numbers_);
+    for (std::uint64_t i = 0; i < faces_; ++i, lines.end_line()) {
+      expect_line(lines, "face", i, faces_);
+      const std::int64_t corners = pass_corners(lines);
+      read_values(lines, values);
+      for (std::int64_t triangle = 2; triangle < corners; ++triangle) rows.push(values);
+    }
+    rows.flush();
+  }
+
   void read_header() {
     OffLines lines = rewind(0);
     TextScanner& scanner = lines.scanner();
@@ -121,12 +240,18 @@ class OffReader final : public IndexedMeshReader {
     check_counts();
   }
 
-  /// Accepts OFF with the prefixes ST, C and N: what they announce comes after the position.
-  static void check_keyword(TextScanner& scanner) {
+  /// Accepts OFF with the prefixes ST, C and N: what they announce comes after the position:
+  /// normal, colour, texture coordinates.
+  void check_keyword(TextScanner& scanner) {
     std::string_view word = scanner.word();
-    for (const std::string_view prefix : {"ST", "C", "N"}) {
-      if (word.starts_with(prefix)) word.remove_prefix(prefix.size());
-    }
+    const auto announces = [&word](std::string_view prefix) {
+      const bool found = word.starts_with(prefix);
+      if (found) word.remove_prefix(prefix.size());
+      return found;
+    };
+    has_texture_ = announces("ST");
+    has_colours_ = announces("C");
+    has_normals_ = announces("N");
     if (word == "4OFF" || word == "nOFF" || word == "4nOFF") {
       scanner.fail("expected an OFF of three dimensions, 4OFF and nOFF are not supported");
     }
@@ -190,6 +315,8 @@ class OffReader final : public IndexedMeshReader {
   std::uint64_t vertices_offset_ = 0;
   std::optional<std::uint64_t> faces_offset_;
   bool all_float_ = false;
+  bool has_texture_ = false, has_colours_ = false, has_normals_ = false;
+  std::size_t vertex_numbers_ = 0, face_numbers_ = 0;  // of a row
   PassRange pass_;
 };
 

@@ -13,6 +13,7 @@
 #include "remaps/formats/corner_runs.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
+#include "remaps/formats/ply_attributes.h"
 #include "remaps/formats/ply_cursor.h"
 #include "remaps/formats/ply_header.h"
 #include "remaps/formats/ply_runs.h"
@@ -301,6 +302,18 @@ class PlyReader final : public IndexedMeshReader {
                               std::endian::native == std::endian::little;
     if (!begin || !as_in_memory || !is_float_triple()) return std::nullopt;
     return PositionArray{source_.path(), *begin};
+  }
+  std::vector<AttributeSpec> attributes() override { return find_ply_attributes(header_); }
+  void read_attributes(AttributePer per, AttributeSink sink) override {
+    const std::vector<AttributeSpec> specs = attributes_per(attributes(), per);
+    const PlyElement* const element = per == AttributePer::vertex ? vertex_ : header_.find("face");
+    if (specs.empty() || element == nullptr) return;
+    with_cursor([&]<class Cursor>(Cursor& cursor) {
+      const std::size_t index = index_of(*element);
+      go_to(cursor, index);
+      begin_pass(index, index);
+      read_ply_rows(cursor, *element, per, specs, sink);
+    });
   }
   double pass_fraction() const override { return pass_.fraction(source_.offset()); }
   std::uint64_t bytes_total() const override { return source_.size(); }

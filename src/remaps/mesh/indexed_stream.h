@@ -5,9 +5,11 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "remaps/base/function_ref.h"
 #include "remaps/base/geometry.h"
+#include "remaps/mesh/attributes.h"
 
 namespace remaps {
 
@@ -15,6 +17,16 @@ namespace remaps {
 using PositionSink = FunctionRef<void(std::span<const Vec3>)>;
 /// Receives a chunk of triangles, in file order. Indices count from 0 and are valid.
 using IndexSink = FunctionRef<void(std::span<const Triangle>)>;
+
+/// A corner of a face, and the number of its value in a pool.
+struct PoolUse {
+  static constexpr std::uint64_t kNone = ~std::uint64_t{0};
+
+  VertexId vertex = 0;
+  std::uint64_t value = kNone;
+};
+/// Receives a chunk of the corners of triangles, three each.
+using PoolUseSink = FunctionRef<void(std::span<const PoolUse>)>;
 
 /// Where a file has its positions one after the other as they are in memory: an array of Vec3f.
 struct PositionArray {
@@ -44,6 +56,22 @@ class IndexedMeshReader {
   /// have them at hand. What read_positions refuses may be among them.
   virtual std::optional<PositionArray> position_array() const { return std::nullopt; }
 
+  /// What vertices, faces and corners have beside positions. To be called after read_positions and
+  /// read_triangles; may take a further pass where a format does not announce its attributes.
+  /// @throws InputError  as the passes do
+  virtual std::vector<AttributeSpec> attributes() { return {}; }
+
+  /// Sends the attributes of all vertices, all faces (the triangles of read_triangles, in order) or
+  /// all corners (three rows a triangle), chunk by chunk. A row has the components of all
+  /// attributes of that element in the order of attributes(), except pooled ones.
+  virtual void read_attributes(AttributePer, AttributeSink) {}
+
+  /// Sends the values of a pooled attribute, numbered from 0.
+  /// @param number  of the attribute in attributes()
+  virtual void read_pool(std::size_t /*number*/, AttributeSink) {}
+  /// Sends which value of the pool each corner has, three a triangle, in order.
+  virtual void read_pool_uses(std::size_t /*number*/, PoolUseSink) {}
+
   /// The fraction of the present pass that is over, 0 to 1: for progress bars. An estimate where
   /// the file does not tell how long its parts are.
   virtual double pass_fraction() const = 0;
@@ -58,11 +86,17 @@ class IndexedMeshReader {
 /// A triangle mesh being written as two streams: all positions, then all triangles. The file
 /// appears under its final name only when `close` succeeds; destroyed before that, it leaves
 /// nothing.
+///
+/// A writer opened with attributes gets their rows beside: each write_positions is followed by
+/// write_attributes with the rows of these vertices, and before each write_triangles come those of
+/// the faces, then those of the corners, of these triangles, as far as there are such attributes.
 class IndexedMeshWriter {
  public:
   virtual ~IndexedMeshWriter() = default;
   virtual void write_positions(std::span<const Vec3> positions) = 0;
   virtual void write_triangles(std::span<const Triangle> triangles) = 0;
+  /// Rows as pack_row makes them of the attributes of that element that the writer was opened with.
+  virtual void write_attributes(AttributePer per, std::span<const std::byte> rows) = 0;
   /// Flushes, checks the counts announced at opening, and renames to the final name.
   /// @throws IoError  a write or the rename failed
   virtual void close() = 0;
