@@ -141,6 +141,12 @@ std::uint64_t DyadicGrid::vertex(std::uint32_t face, std::uint32_t i, std::uint3
   return edge_point(use_[face][2], k);
 }
 
+std::array<std::array<std::uint32_t, 2>, 3> DyadicGrid::corners(std::uint64_t index) const {
+  const std::array<GridPoint, 3> corner =
+      descend<GridPoint>({GridPoint{0, 0}, GridPoint{n_, 0}, GridPoint{0, n_}}, index, level_);
+  return {{{corner[0].i, corner[0].j}, {corner[1].i, corner[1].j}, {corner[2].i, corner[2].j}}};
+}
+
 Triangle DyadicGrid::triangle(std::uint64_t index) const {
   const auto face = static_cast<std::uint32_t>(index >> (2 * level_));
   const std::array<GridPoint, 3> corner =

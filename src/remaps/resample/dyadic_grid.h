@@ -35,6 +35,8 @@ class DyadicGrid {
 
   /// Number of a grid point. i + j <= 2^level.
   std::uint64_t vertex(std::uint32_t face, std::uint32_t i, std::uint32_t j) const;
+  /// Corners of face number `index` as grid points (i, j) of its base face.
+  std::array<std::array<std::uint32_t, 2>, 3> corners(std::uint64_t index) const;
   /// Corners of face number `index`.
   Triangle triangle(std::uint64_t index) const;
   /// Corners of the faces first, first + 1, ...: a few instructions a face where `first` is a

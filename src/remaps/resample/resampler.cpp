@@ -291,18 +291,21 @@ class Descent {
 
 template <class Position>
 void send_positions(const MapFiles& files, const DyadicGrid& grid, const ResampleOptions& options,
-                    MemoryBudget& budget, PositionSink sink) {
+                    MemoryBudget& budget, PositionSink sink, SampleObserver* observer) {
   std::optional<Descent> descent(std::in_place, files, options, budget);
   PositionBlocks<Position> positions(grid.vertices(), options.temp_dir, descent->buffer_bytes(),
                                      budget);
+  if (observer != nullptr) observer->begin(descent->buffer_bytes() / 4);
   std::optional<ProgressPart> part(std::in_place, options.carry.progress, 0, kPulledPart);
   descent->run(std::make_unique<GridPoints>(grid, base_faces(*files.logs.back())),
                [&](std::uint32_t, const Tile& tile, std::span<const TaggedPoint> points) {
                  for (const TaggedPoint& point : points) {
                    positions.add(point.tag, options.origin + position_on_tile(tile, point.at));
                  }
+                 if (observer != nullptr) observer->see(tile, points);
                });
   descent.reset();
+  if (observer != nullptr) observer->end();
   part.reset();
   part.emplace(options.carry.progress, kPulledPart, 1);
   positions.send(options.carry.progress, sink);
@@ -330,16 +333,17 @@ void pull_back(const MapFiles& files, const PointProducer& produce, const Resamp
 }
 
 void resample_positions(const MapFiles& files, const DyadicGrid& grid,
-                        const ResampleOptions& options, MemoryBudget& budget, PositionSink sink) {
+                        const ResampleOptions& options, MemoryBudget& budget, PositionSink sink,
+                        SampleObserver* observer) {
   if (grid.vertices() > store::kMaxId40) {
     throw BudgetError(std::to_string(grid.vertices()) + " vertices at level " +
                       std::to_string(grid.level()) + ", but at most " +
                       std::to_string(store::kMaxId40) + " can be resampled; use a lower level");
   }
   if (options.as_floats) {
-    send_positions<Vec3f>(files, grid, options, budget, sink);
+    send_positions<Vec3f>(files, grid, options, budget, sink, observer);
   } else {
-    send_positions<Vec3>(files, grid, options, budget, sink);
+    send_positions<Vec3>(files, grid, options, budget, sink, observer);
   }
 }
 

@@ -43,12 +43,27 @@ using TileSink = std::function<void(std::uint32_t number, const Tile& tile,
 void pull_back(const MapFiles& files, const PointProducer& points, const ResampleOptions& options,
                MemoryBudget& budget, const TileSink& sink);
 
+/// Looks over the shoulder of resample_positions: what else there is to know of the points.
+class SampleObserver {
+ public:
+  virtual ~SampleObserver() = default;
+  /// Before the first point.
+  /// @param buffer_bytes  that it may take for write buffers
+  virtual void begin(std::uint64_t buffer_bytes) = 0;
+  /// As a TileSink: tags are numbers of vertices.
+  virtual void see(const Tile& tile, std::span<const map::TaggedPoint> points) = 0;
+  /// After the last point, before the first position; the memory of the map is free again.
+  virtual void end() = 0;
+};
+
 /// Resamples the surface: finds every vertex of `grid` on the input and sends the positions in the
 /// order of the grid. The output may be larger than memory. The points are made where they are
 /// first needed and pass through the disk once a level.
+/// @param observer  may be null
 /// @throws BudgetError  the map's largest segment does not fit; says what would do
 void resample_positions(const MapFiles& files, const DyadicGrid& grid,
-                        const ResampleOptions& options, MemoryBudget& budget, PositionSink sink);
+                        const ResampleOptions& options, MemoryBudget& budget, PositionSink sink,
+                        SampleObserver* observer = nullptr);
 
 /// Sends the faces of a grid in order: pure arithmetic.
 void stream_faces(const DyadicGrid& grid, Progress* progress, IndexSink sink);

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "remaps/base/geometry.h"
+#include "remaps/mesh/attributes.h"
+#include "remaps/resample/attribute_mixer.h"
+
+namespace remaps::resample {
+
+/// How far within a face its corners are looked up, as weights of the other two: far more than
+/// rounding does to them on their way, and far less than a float of the result shows.
+inline constexpr double kInwards = 0x1p-20;
+/// The point of a face that is not at a corner.
+inline constexpr std::uint8_t kCentre = 3;
+
+/// A point of a face of the grid, where it was found on the input.
+struct FaceSample {
+  double u = 0, v = 0;              ///< weights in the input face
+  std::array<Vec3f, 3> position{};  ///< at corners: its own, first; at the centre: the input face's
+  std::uint8_t slot = 0;            ///< corner 0, 1, 2 or kCentre
+  std::uint8_t there = 0;
+  std::array<std::uint8_t, 2> unused{};
+};
+static_assert(sizeof(FaceSample) == 56);
+
+/// Attributes of the corners of one face of the grid from its four points.
+class CornerValues {
+ public:
+  explicit CornerValues(std::vector<AttributeSpec> specs);
+
+  /// Of one corner.
+  std::size_t row_bytes() const { return mixer_.row_bytes(); }
+  /// @param sample  (4) by slot
+  /// @param rows    (4 x 3 rows) of the corners of the input faces that the points lie in
+  /// @param out     (3 rows)
+  /// @throws CorruptionError  a point is missing
+  void find(std::span<const FaceSample> sample, std::span<const std::byte> rows,
+            std::span<std::byte> out);
+
+ private:
+  void interpolate(const FaceSample& sample, std::span<const std::byte> rows,
+                   std::span<double> values);
+  void mend_seams(std::span<const FaceSample> sample, std::span<const std::byte> centre_rows);
+
+  AttributeMixer mixer_;
+  std::vector<std::size_t> uv_;                // first channels
+  std::array<std::vector<double>, 3> value_;   // (channels) of each corner
+  std::array<std::vector<double>, 3> centre_;  // (channels) of the input face under the centre
+};
+
+}  // namespace remaps::resample
