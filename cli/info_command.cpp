@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "help_text.h"
 #include "number_text.h"
@@ -26,6 +27,7 @@ struct MeshInfo {
   std::uint64_t bytes = 0, vertices = 0, faces = 0;
   Box3 box;
   bool is_float = false;
+  std::vector<AttributeSpec> attributes;
 };
 
 MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
@@ -45,7 +47,36 @@ MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
     info.faces += triangles.size();
     advance();
   });
+  info.attributes = reader->attributes();
   return info;
+}
+
+Json to_json(const AttributeSpec& spec) {
+  Json components = Json::array();
+  for (const AttributeComponent& c : spec.components) {
+    components.push_back({{"name", c.name}, {"type", name_of(c.type)}});
+  }
+  return {{"name", spec.name},
+          {"kind", name_of(spec.kind)},
+          {"per", name_of(spec.per)},
+          {"components", components}};
+}
+
+/// "colour (uint8 red, green, blue), normal (float32 nx, ny, nz), part (of faces, int32)".
+std::string to_text(const std::vector<AttributeSpec>& specs) {
+  std::string text;
+  for (const AttributeSpec& spec : specs) {
+    text += fmt::format("{}{} (", text.empty() ? "" : ", ", spec.name);
+    if (spec.per != AttributePer::vertex) text += fmt::format("of {}s, ", name_of(spec.per));
+    text += name_of(spec.components[0].type);
+    if (spec.components.size() > 1) {
+      for (std::size_t i = 0; i < spec.components.size(); ++i) {
+        text += (i == 0 ? " " : ", ") + spec.components[i].name;
+      }
+    }
+    text += ")";
+  }
+  return text;
 }
 
 std::string to_json(const MeshInfo& info, const std::filesystem::path& path) {
@@ -62,7 +93,10 @@ std::string to_json(const MeshInfo& info, const std::filesystem::path& path) {
     json["bbox"] = {{"low", {low.x, low.y, low.z}}, {"high", {high.x, high.y, high.z}}};
   }
   json["bbox_diagonal"] = info.box.diagonal();
-  return json.dump(2) + "\n";
+  json["attributes"] = Json::array();
+  for (const AttributeSpec& spec : info.attributes) json["attributes"].push_back(to_json(spec));
+  // Names need not be UTF-8.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string to_table(const MeshInfo& info, const std::filesystem::path& path) {
@@ -70,6 +104,7 @@ std::string to_table(const MeshInfo& info, const std::filesystem::path& path) {
   text += fmt::format("vertices  {}, coordinates are {}\n", with_commas(info.vertices),
                       info.is_float ? "float" : "double");
   text += fmt::format("faces     {}, as triangles\n", with_commas(info.faces));
+  if (!info.attributes.empty()) text += "carries   " + to_text(info.attributes) + "\n";
   if (!info.box.empty()) {
     const auto& [low, high] = info.box;
     text += fmt::format("box       x {:.7g} … {:.7g}, y {:.7g} … {:.7g}, z {:.7g} … {:.7g}\n",
@@ -98,6 +133,13 @@ std::string to_table(const Json& manifest, const std::filesystem::path& path) {
   text += fmt::format("base      {}, {} ({} asked for)\n", counted(base.vertices, "vertex"),
                       counted(base.faces, "face"),
                       with_commas(manifest.at("base_vertices_requested").get<std::uint64_t>()));
+  if (manifest.contains("attributes")) {
+    std::string names;
+    for (const Json& spec : manifest.at("attributes").at("list")) {
+      names += (names.empty() ? "" : ", ") + spec.at("name").get<std::string>();
+    }
+    text += fmt::format("carries   {}\n", names);
+  }
   std::string segments;
   for (const Json& level : manifest.at("levels")) {
     if (!segments.empty()) segments += ", ";

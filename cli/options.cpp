@@ -148,6 +148,21 @@ void add_samples(CLI::App& verb, std::uint64_t& samples) {
             "Sample points on each surface when errors are measured");
 }
 
+void add_attributes(CLI::App& verb, AttributeChoice& attributes, const std::string& what) {
+  add_parsed(verb, "--attributes", attributes, "LIST",
+             fmt::format("Attributes to carry {}: all, none, or names separated by commas, as "
+                         "`remaps info` lists them",
+                         what),
+             [](const std::string& text) {
+               try {
+                 return AttributeChoice(text);
+               } catch (const InputError& error) {
+                 throw UsageError(error.what());
+               }
+             })
+      ->default_str("all");
+}
+
 void add_quiet(CLI::App& verb, bool& quiet) {
   verb.add_flag("--quiet,-q", quiet, "No progress and no summary; errors only");
 }

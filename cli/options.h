@@ -8,6 +8,8 @@
 #include <functional>
 #include <string>
 
+#include "remaps/mesh/attributes.h"
+
 namespace remaps::cli {
 
 /// What a parsed command line asks for; main runs it after parsing.
@@ -36,6 +38,8 @@ CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, do
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
                    std::filesystem::path& temp_dir, const std::string& place);
 void add_samples(CLI::App& verb, std::uint64_t& samples);
+/// --attributes; `what` says of what.
+void add_attributes(CLI::App& verb, AttributeChoice& attributes, const std::string& what);
 void add_quiet(CLI::App& verb, bool& quiet);
 void add_json(CLI::App& verb, bool& json);
 

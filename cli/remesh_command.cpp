@@ -133,6 +133,7 @@ void add_remesh(CLI::App& program, Action& action) {
   add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
   add_base_options(verb, o);
   add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_attributes(verb, o.attributes, "from the input to output and bundle");
   add_path(verb, "--bundle", o.bundle,
            "Keep base and exact map in this directory, for resample, verify and locate")
       ->type_name("DIR");
@@ -150,6 +151,7 @@ void add_parameterize(CLI::App& program, Action& action) {
   add_path(verb, "BUNDLE", a->options.bundle, "Directory to write, by custom NAME.remaps")
       ->required();
   add_base_options(verb, a->options);
+  add_attributes(verb, a->options.attributes, "from the input to the bundle");
   add_buffer_options(verb, a->options);
   a->reporting.add_to(verb);
   a->no_measure = true;
@@ -165,6 +167,7 @@ void add_resample(CLI::App& program, Action& action) {
   add_path(verb, "BUNDLE", o.bundle, "Bundle to read")->required();
   add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
   add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_attributes(verb, o.attributes, "from the bundle to the output");
   add_resources(verb, o.memory_bytes, o.threads, o.temp_dir, "beside the result");
   a->reporting.add_to(verb);
   verb.callback([a, &action] { action = [a] { resample(*a); }; });

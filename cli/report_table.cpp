@@ -30,6 +30,19 @@ std::string topology_text(const Report& r) {
   return text;
 }
 
+/// "colour, normal; not label, for which the format has no place".
+std::string attributes_text(const Report& r) {
+  std::string written, left_out;
+  for (const Report::Attribute& a : r.attributes) {
+    std::string& list = a.written ? written : left_out;
+    list += (list.empty() ? "" : ", ") + a.name;
+    if (a.per != "vertex") list += fmt::format(" (of {}s)", a.per);
+  }
+  if (left_out.empty()) return written;
+  if (!written.empty()) written += "; ";
+  return written + fmt::format("not {}, for which the format has no place", left_out);
+}
+
 std::string error_lines(const SurfaceError& error) {
   constexpr const char* kRow = "{:<9} {:<16} L2 {:>9}   max {:>9}\n";
   std::string text = fmt::format(kRow, "error", "input to output", error_text(error.l2_forward),
@@ -77,6 +90,7 @@ std::string report_table(const Report& r) {
     text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),
                                        mesh(r.output_vertices, r.output_faces), r.level));
   }
+  if (!r.attributes.empty()) text += line("carried", attributes_text(r));
   if (r.error) text += error_lines(*r.error);
   if (r.quality) {
     text +=

@@ -36,6 +36,31 @@ std::string own_checksum(std::string text, std::size_t place) {
   return fmt::format("{:016x}", XXH3_64bits(text.data(), text.size()));
 }
 
+Json to_json(const AttributeSpec& spec) {
+  Json json;
+  json["name"] = spec.name;
+  json["kind"] = name_of(spec.kind);
+  json["per"] = name_of(spec.per);
+  json["components"] = Json::array();
+  for (const AttributeComponent& c : spec.components) {
+    json["components"].push_back({{"name", c.name}, {"type", name_of(c.type)}});
+  }
+  return json;
+}
+
+AttributeSpec attribute_from(const Json& json) {
+  AttributeSpec spec;
+  spec.name = json.at("name");
+  spec.kind = attribute_kind_named(json.at("kind").get<std::string>()).value();
+  spec.per = attribute_per_named(json.at("per").get<std::string>()).value();
+  for (const Json& c : json.at("components")) {
+    spec.components.push_back(
+        {c.at("name"), scalar_type_named(c.at("type").get<std::string>()).value()});
+  }
+  if (spec.components.empty()) throw CorruptionError("an attribute has no components");
+  return spec;
+}
+
 Manifest parse_manifest(const std::filesystem::path& path, const std::string& text) {
   Manifest m;
   try {
@@ -65,6 +90,14 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     m.base_vertices_requested = json.at("base_vertices_requested");
     for (const Json& level : json.at("levels")) m.segments.push_back(level.at("segments"));
     m.levels = static_cast<unsigned>(m.segments.size());
+    if (json.contains("attributes")) {
+      const Json& attributes = json.at("attributes");
+      m.attributes.vertices = attributes.at("vertices");
+      m.attributes.faces = attributes.at("faces");
+      for (const Json& spec : attributes.at("list")) {
+        m.attributes.specs.push_back(attribute_from(spec));
+      }
+    }
     m.map_checksum = std::stoull(json.at("checksums").at(kMapName).get<std::string>(), nullptr, 16);
     m.base_checksum =
         std::stoull(json.at("checksums").at(kBaseName).get<std::string>(), nullptr, 16);
@@ -148,6 +181,15 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
   for (std::size_t level = 0; level < m.segments.size(); ++level) {
     json["levels"].push_back({{"log", log_name(level)}, {"segments", m.segments[level]}});
   }
+  // Bundles without attributes are as they always were.
+  if (!m.attributes.specs.empty()) {
+    json["attributes"] = {{"vertices", m.attributes.vertices},
+                          {"faces", m.attributes.faces},
+                          {"list", Json::array()}};
+    for (const AttributeSpec& spec : m.attributes.specs) {
+      json["attributes"]["list"].push_back(to_json(spec));
+    }
+  }
   json["checksums"] = {{kMapName, fmt::format("{:016x}", m.map_checksum)},
                        {kBaseName, fmt::format("{:016x}", m.base_checksum)},
                        {kManifestName, kNoChecksum}};
@@ -182,6 +224,10 @@ Bundle::Bundle(const std::filesystem::path& directory) : directory_(directory) {
       }
     }
     tiles_ = std::make_unique<store::SectionFile>(directory / kTilesName, kTileKind);
+    if (!manifest_.attributes.specs.empty()) {
+      attributes_ =
+          std::make_unique<AttributeFile>(directory / kAttributesName, manifest_.attributes);
+    }
   } catch (const IoError& error) {
     throw CorruptionError(error.what());
   }

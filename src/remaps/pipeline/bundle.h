@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "remaps/base/geometry.h"
+#include "remaps/mesh/attribute_file.h"
 #include "remaps/mesh/base_mesh.h"
 #include "remaps/mesh/topology.h"
 #include "remaps/resample/resampler.h"
@@ -26,11 +27,13 @@ struct Manifest {
   std::vector<std::uint64_t> segments;  ///< (levels)
   std::uint64_t map_checksum = 0;       ///< XXH3-64 of map.bin
   std::uint64_t base_checksum = 0;      ///< XXH3-64 of base.ply
+  AttributeLayout attributes;           ///< of attributes.bin; without any there is no such file
 };
 
 std::string log_name(std::size_t level);
 inline constexpr const char* kTilesName = "tiles.bin";
 inline constexpr const char* kMapName = "map.bin";
+inline constexpr const char* kAttributesName = "attributes.bin";
 inline constexpr const char* kBaseName = "base.ply";
 inline constexpr const char* kManifestName = "manifest.json";
 
@@ -55,6 +58,7 @@ class Bundle {
   }  ///< vertex_id is empty: base.ply has none; positions are relative
   const store::SectionFile& log(std::size_t level) const { return *logs_[level]; }
   const store::SectionFile& tiles() const { return *tiles_; }
+  AttributeFile* attributes() const { return attributes_.get(); }  ///< null: there are none
   resample::MapFiles files() const;
 
  private:
@@ -63,6 +67,7 @@ class Bundle {
   BaseMesh base_;
   std::vector<std::unique_ptr<store::SectionFile>> logs_;
   std::unique_ptr<store::SectionFile> tiles_;
+  std::unique_ptr<AttributeFile> attributes_;
 };
 
 }  // namespace remaps::pipeline

@@ -12,6 +12,7 @@
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/measure/surface_error.h"
 #include "remaps/measure/surface_pieces.h"
+#include "remaps/pipeline/attribute_output.h"
 #include "remaps/pipeline/run_plan.h"
 #include "remaps/pipeline/vertex_spool.h"
 #include "remaps/resample/dyadic_grid.h"
@@ -163,17 +164,38 @@ std::vector<std::array<std::uint32_t, 3>> hold_faces(const resample::DyadicGrid&
   return faces;
 }
 
+/// The attributes that are wanted and that the format of the output holds. The report tells of the
+/// others too.
+std::vector<AttributeSpec> choose_attributes(const Bundle& bundle, const OutputJob& job,
+                                             Report& report) {
+  std::vector<AttributeSpec> held;
+  const std::vector<AttributeSpec> chosen =
+      job.attributes.choose(bundle.manifest().attributes.specs, bundle.manifest().input_name);
+  report.attributes.clear();
+  for (const AttributeSpec& spec : chosen) {
+    const bool holds = holds_attribute(job.output, spec);
+    report.attributes.push_back(
+        {spec.name, std::string(name_of(spec.kind)), std::string(name_of(spec.per)), holds});
+    if (holds) held.push_back(spec);
+  }
+  return held;
+}
+
 /// Resamples, fits and writes: with --fit the output is held in memory, otherwise it streams.
 void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::DyadicGrid& grid,
                 const resample::ResampleOptions& options, MemoryBudget& budget,
-                IndexedMeshWriter& writer) {
+                AttributeOutput& attributes, IndexedMeshWriter& writer) {
   Progress* const progress = options.carry.progress;
-  const auto write_faces = [&](std::span<const Triangle> faces) { writer.write_triangles(faces); };
+  const auto write_faces = [&](std::span<const Triangle> faces) {
+    attributes.write_triangles(writer, faces);
+  };
   std::optional<ProgressPart> positions_part(std::in_place, progress, 0, kPositionsPart);
   if (!job.fit) {
     resample::resample_positions(
         bundle.files(), grid, options, budget,
-        [&](std::span<const Vec3> positions) { writer.write_positions(positions); });
+        [&](std::span<const Vec3> positions) { attributes.write_positions(writer, positions); },
+        &attributes);
+    attributes.sample_faces();
     positions_part.reset();
     const ProgressPart part(progress, kPositionsPart, 1);
     resample::stream_faces(grid, progress, write_faces);
@@ -187,10 +209,13 @@ void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::Dyad
   resample::ResampleOptions relative = options;
   relative.origin = {};
   relative.as_floats = false;
-  resample::resample_positions(bundle.files(), grid, relative, budget,
-                               [&](std::span<const Vec3> part) {
-                                 positions.insert(positions.end(), part.begin(), part.end());
-                               });
+  resample::resample_positions(
+      bundle.files(), grid, relative, budget,
+      [&](std::span<const Vec3> part) {
+        positions.insert(positions.end(), part.begin(), part.end());
+      },
+      &attributes);
+  attributes.sample_faces();
   positions_part.reset();
   const std::vector<Face> faces = hold_faces(grid, progress);
   resample::FitOptions fit;
@@ -203,7 +228,7 @@ void write_mesh(const Bundle& bundle, const OutputJob& job, const resample::Dyad
   }
   const ProgressPart part(progress, kFitPart, 1);
   for (Vec3& p : positions) p = options.origin + p;
-  writer.write_positions(positions);
+  attributes.write_positions(writer, positions);
   resample::stream_faces(grid, progress, write_faces);
 }
 
@@ -229,8 +254,10 @@ void write_output(const Bundle& bundle, const OutputJob& job, const MemoryPlan& 
   options.as_floats = true;                      // as the file has them
   options.temp_dir = job.temp_dir;
   options.origin = bundle.manifest().origin;
-  const auto writer = open_mesh_writer(job.output, grid.vertices(), grid.faces());
-  write_mesh(bundle, job, grid, options, budget, *writer);
+  AttributeOutput attributes(bundle, choose_attributes(bundle, job, report), grid, options, budget);
+  const auto writer =
+      open_mesh_writer(job.output, grid.vertices(), grid.faces(), attributes.specs());
+  write_mesh(bundle, job, grid, options, budget, attributes, *writer);
   writer->close();
   report.seconds_resample = seconds_since(start);
   if (!job.measure) return;

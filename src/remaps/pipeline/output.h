@@ -4,6 +4,7 @@
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
+#include "remaps/mesh/attributes.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/report.h"
@@ -18,6 +19,7 @@ struct OutputJob {
   bool fit = false;
   bool measure = true;
   std::uint64_t samples = 1'000'000;
+  AttributeChoice attributes;  ///< of those that the bundle has
 };
 
 /// Resamples a bundle to a mesh file and measures it. Fills the report's parts on output, error,

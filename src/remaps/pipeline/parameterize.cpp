@@ -10,6 +10,7 @@
 
 #include "remaps/formats/mesh_reader.h"
 #include "remaps/map/base_carrier.h"
+#include "remaps/pipeline/attribute_store.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/ingest.h"
 #include "remaps/pipeline/map_file.h"
@@ -70,6 +71,7 @@ class Parameterizer {
   void read_input() {
     const auto reader = open_mesh_reader(job_.input);
     ingested_ = ingest(*reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
+    store_input_attributes(*reader);
     report_.bytes_read += reader->bytes_read_total();
     report_.input_path = job_.input.string();
     report_.input_vertices = ingested_.vertices;
@@ -80,6 +82,25 @@ class Parameterizer {
     manifest_.origin = ingested_.origin;
     manifest_.diagonal = ingested_.diagonal;
     manifest_.base_vertices_requested = job_.base_vertices;
+  }
+
+  /// Names that are not there are refused before the sweeps.
+  void store_input_attributes(IndexedMeshReader& reader) {
+    if (job_.attributes.none()) return;
+    const std::vector<AttributeSpec> specs = reader.attributes();
+    AttributeLayout layout{job_.attributes.choose(specs, job_.input.string()), ingested_.vertices,
+                           ingested_.faces};
+    if (layout.specs.empty()) return;
+    progress_.plan({expect_attributes(ingested_.vertices)});
+    progress_.begin("attributes");
+    store_attributes(reader, layout, job_.bundle / kAttributesName, job_.temp_dir, plan_, budget_,
+                     progress_);
+    for (AttributeSpec& spec : layout.specs) {
+      spec.pooled = false;
+      report_.attributes.push_back(
+          {spec.name, std::string(name_of(spec.kind)), std::string(name_of(spec.per)), true});
+    }
+    manifest_.attributes = std::move(layout);
   }
 
   /// The fraction to keep: a tenth, or what leaves enough to the last sweep.

@@ -4,6 +4,7 @@
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
+#include "remaps/mesh/attributes.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/report.h"
 
@@ -16,6 +17,7 @@ struct ParameterizeJob {
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
+  AttributeChoice attributes;  ///< that the bundle keeps
 };
 
 /// Ingest, sweeps, map: from a mesh file to a sealed bundle. Fills the report's parts on input,

@@ -115,14 +115,20 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
         expect_output({guess_vertices(options.input), static_cast<std::uint64_t>(vertices),
                        options.fit, options.measure, options.samples}));
   }
-  ParameterizeJob job{options.input,         bundle_path, temp.path(),
-                      options.base_vertices, threads,     has_bundle};
+  ParameterizeJob job{options.input, bundle_path, temp.path(),       options.base_vertices,
+                      threads,       has_bundle,  options.attributes};
   parameterize(job, plan, budget, progress, report);
   if (has_output) {
     const Bundle bundle(bundle_path);
     write_output(bundle,
-                 {staged_output->path(), temp.path(), options.level, threads, options.fit,
-                  options.measure, options.samples},
+                 {staged_output->path(),
+                  temp.path(),
+                  options.level,
+                  threads,
+                  options.fit,
+                  options.measure,
+                  options.samples,
+                  {}},
                  plan, budget, progress, report);
   }
   progress.check();
@@ -165,7 +171,7 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
   const Staged staged(options.output);
   write_output(bundle,
                {staged.path(), temp.path(), options.level, threads, options.fit, options.measure,
-                options.samples},
+                options.samples, options.attributes},
                plan, budget, progress, report);
   report.bytes_written += std::filesystem::file_size(staged.path());
   staged.file_to_target();

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "remaps/base/progress.h"
+#include "remaps/mesh/attributes.h"
 #include "remaps/pipeline/report.h"
 
 namespace remaps::pipeline {
@@ -24,6 +25,7 @@ struct RemeshOptions {
   bool measure = true;                ///< measure the two-sided error of the output
   bool fit = false;                   ///< least-squares fit of the output's vertices to the input
   std::uint64_t samples = 1'000'000;  ///< of the error, each way
+  AttributeChoice attributes;         ///< of the input, for output and bundle
 };
 
 /// The main job: from a mesh file to a semi-regular mesh, and the bundle with the map if wanted.
@@ -43,6 +45,7 @@ struct ResampleBundleOptions {
   bool measure = true;
   bool fit = false;
   std::uint64_t samples = 1'000'000;
+  AttributeChoice attributes;  ///< of the bundle
 };
 
 /// Writes the semi-regular mesh of a bundle at any level.

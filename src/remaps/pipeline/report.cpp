@@ -21,6 +21,11 @@ std::string to_json(const Report& r) {
   json["level"] = r.level;
   json["output"] = {
       {"path", r.output_path}, {"vertices", r.output_vertices}, {"faces", r.output_faces}};
+  json["attributes"] = Json::array();
+  for (const Report::Attribute& a : r.attributes) {
+    json["attributes"].push_back(
+        {{"name", a.name}, {"kind", a.kind}, {"per", a.per}, {"written", a.written}});
+  }
   json["seconds"] = {{"ingest", r.seconds_ingest},   {"sweeps", r.seconds_sweeps},
                      {"map", r.seconds_map},         {"resample", r.seconds_resample},
                      {"measure", r.seconds_measure}, {"total", r.seconds_total}};
@@ -57,7 +62,7 @@ std::string to_json(const Report& r) {
   for (const Report::MemorySample& sample : r.memory_trace) {
     json["memory_trace"].push_back({{"seconds", sample.seconds}, {"rss_bytes", sample.rss_bytes}});
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace remaps::pipeline

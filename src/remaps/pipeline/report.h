@@ -19,6 +19,10 @@ struct Report {
     double seconds = 0;
     std::uint64_t rss_bytes = 0;
   };
+  struct Attribute {
+    std::string name, kind, per;
+    bool written = false;  ///< false: the format of the output has no place for it
+  };
   /// How evenly the map spreads the surface over the base.
   struct Quality {
     double area_ratio = 0;  ///< largest to median surface area of a base face
@@ -48,6 +52,7 @@ struct Report {
   unsigned threads = 1;
   std::uint64_t domain_buffer = 0, map_buffer = 0;
   std::vector<Sweep> sweeps;
+  std::vector<Attribute> attributes;  ///< that the bundle or the output has
   std::optional<SurfaceError> error;
   std::optional<Quality> quality;
   std::vector<MemorySample> memory_trace;

@@ -63,7 +63,21 @@ class Verifier {
                                         map.string(), size, manifest_.input_vertices,
                                         sizeof(MapRecord)));
     }
+    if (bundle_.attributes() != nullptr) check_attributes();
     progress_.advance(1);
+  }
+
+  /// Each block has its checksum; that there are as many as the input has vertices and faces was
+  /// checked when the bundle was opened.
+  void check_attributes() {
+    if (manifest_.attributes.vertices != manifest_.input_vertices) {
+      throw CorruptionError(fmt::format("{}: attributes of {} vertices, but there are {}",
+                                        bundle_.directory().string(), manifest_.attributes.vertices,
+                                        manifest_.input_vertices));
+    }
+    const store::SectionFile& sections = bundle_.attributes()->sections();
+    store::Bytes bytes;
+    for (std::size_t i = 0; i < sections.sections(); ++i) sections.read(i, bytes);
   }
 
   /// Records and connectivity. On the way each tile gives its vertices to the ledger, and for the
