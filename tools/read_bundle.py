@@ -173,6 +173,35 @@ def read_tile(r):
     return own, position, corner, vertex_id, face_id
 
 
+SIZE = {"int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "int64": 8, "uint64": 8,
+        "float32": 4, "float64": 8}
+
+
+def read_attributes(path, given, vertices):
+    """docs/formats/attributes.md. Returns the rows as bytes, by element."""
+    sections = SectionFile(path, b"attr")
+    rows, section = {}, 0
+    for per, count in (("vertex", given["vertices"]), ("face", given["faces"]), ("corner", given["faces"])):
+        width = sum(SIZE[c["type"]] for a in given["list"] if a["per"] == per for c in a["components"])
+        rows[per] = []
+        if width == 0:
+            continue
+        whole = 3 * (8 + width) if per == "corner" else width
+        block = 1 << 14
+        while block > 1 and block * whole > 1 << 20:
+            block //= 2
+        for first in range(0, count, block):
+            data = sections.section(section).data
+            expect(len(data) == whole * min(block, count - first), f"{path.name}: block {section} has another size")
+            rows[per] += [data[at:at + whole] for at in range(0, len(data), whole)]
+            section += 1
+    expect(section == len(sections), f"{path.name}: {len(sections) - section} blocks too many")
+    for row in rows["corner"]:
+        for at in range(0, len(row), len(row) // 3):
+            expect(struct.unpack_from("<Q", row, at)[0] < vertices, f"{path.name}: a corner has no vertex")
+    return rows
+
+
 def read_base(path):
     data = path.read_bytes()
     end = data.index(b"end_header\n") + len(b"end_header\n")
@@ -219,6 +248,12 @@ def read_bundle(path, wanted):
     expect(sorted(own_ids) == list(range(given["vertices"])), "tiles: vertices are missing or doubled")
     expect(sorted(face_ids) == list(range(given["faces"])), "tiles: faces are missing or doubled")
     print(f"tiles     {len(tiles)}: every input vertex and face once")
+
+    if "attributes" in manifest:
+        rows = read_attributes(path / "attributes.bin", manifest["attributes"], given["vertices"])
+        print(f"carries   {', '.join(a['name'] for a in manifest['attributes']['list'])}: rows of "
+              f"{len(rows['vertex'])} vertices, {len(rows['face'])} faces, corners of {len(rows['corner'])}")
+    expect(("attributes" in manifest) == (path / "attributes.bin").exists(), "attributes.bin and manifest differ")
 
     points = []  # (segment, face, weights, vertex) on their way
     removed_in_all = 0

@@ -5,6 +5,7 @@ code with it: docs/formats, from which they were written, says what the binary w
 Arguments: the binary, a mesh.
 """
 
+import math
 import pathlib
 import subprocess
 import sys
@@ -21,6 +22,26 @@ def run(*command):
     return done.stdout
 
 
+def write_torus(path):
+    """A mesh that carries something for vertices, faces and corners."""
+    m, n = 40, 20
+    lines = ["ply", "format ascii 1.0", f"element vertex {m * n}"]
+    lines += [f"property float {c}" for c in "xyz"] + [f"property uchar {c}" for c in ("red", "green", "blue")]
+    lines += [f"element face {2 * m * n}", "property list uchar int vertex_indices",
+              "property list uchar float texcoord", "property short part", "end_header"]
+    for i in range(m):
+        for j in range(n):
+            a, b = 2 * math.pi * i / m, 2 * math.pi * j / n
+            r = 3 + math.cos(b) + 0.1 * math.sin(5 * a)
+            lines.append(f"{r * math.cos(a)} {r * math.sin(a)} {math.sin(b)} {i} {j} 255")
+    for i in range(m):
+        for j in range(n):
+            a, b, c, d = ((i + x) % m * n + (j + y) % n for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+            lines.append(f"3 {a} {b} {c} 6 {i} {j} {i + 1} {j} {i + 1} {j + 1} {i - 20}")
+            lines.append(f"3 {a} {c} {d} 6 {i} {j} {i + 1} {j + 1} {i} {j + 1} {i - 20}")
+    path.write_text("\n".join(lines) + "\n")
+
+
 def main():
     remaps, mesh = sys.argv[1:]
     with tempfile.TemporaryDirectory() as name:
@@ -35,6 +56,12 @@ def main():
             if subprocess.run([sys.executable, TOOLS / "read_bundle.py", bundle], stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL, check=False).returncode != 1:
                 sys.exit("read_bundle.py takes a map.bin that is a byte short")
+        write_torus(directory / "torus.ply")
+        run(remaps, "parameterize", directory / "torus.ply", directory / "torus.remaps", "--quiet")
+        said = run(sys.executable, TOOLS / "read_bundle.py", directory / "torus.remaps", "--points", 100)
+        print(said)
+        if "carries   colour, part, uv: rows of 800 vertices, 1600 faces, corners of 1600" not in said:
+            sys.exit("read_bundle.py does not say what the torus carries")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <optional>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -305,7 +308,11 @@ class ObjReader final : public IndexedMeshReader {
       if (lines.begin_line() != ObjLines::Kind::vertex) continue;
       std::size_t numbers = 0;
       while (numbers < 8 && lines.next_value()) {
-        lines.scanner().real();
+        // What does not look like a number is not a colour, and is passed over as it always was.
+        const std::string_view word = lines.scanner().word();
+        double value = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+        if (error != std::errc() || end != word.data() + word.size()) return 0;
         ++numbers;
       }
       return numbers == 6 || numbers == 7 ? numbers - 3 : 0;

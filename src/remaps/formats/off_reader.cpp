@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -148,12 +150,15 @@ class OffReader final : public IndexedMeshReader {
   static Rest look_at_rest(OffLines& lines) {
     Rest rest;
     while (rest.numbers < 16 && lines.next_value()) {
-      const std::string word(lines.scanner().word());
-      const bool whole = word.size() <= 3 &&
+      std::string word(lines.scanner().word());
+      const bool ended = word.find('#') != std::string::npos;
+      word.resize(std::min(word.find('#'), word.size()));
+      const bool whole = !word.empty() && word.size() <= 3 &&
                          word.find_first_not_of("0123456789") == std::string::npos &&
                          std::stoi(word) <= 255;
       if (!whole) rest.type = ScalarType::float32;
       ++rest.numbers;
+      if (ended) break;
     }
     return rest;
   }
@@ -186,9 +191,23 @@ class OffReader final : public IndexedMeshReader {
     return corners;
   }
 
-  /// Reads numbers of the line; those that are missing are 0.
+  /// Reads numbers of the line; those that are missing are 0. A comment may follow without a blank.
   static void read_values(OffLines& lines, std::span<double> values) {
-    for (double& value : values) value = lines.next_value() ? lines.scanner().real() : 0;
+    bool ended = false;
+    for (double& value : values) {
+      value = 0;
+      if (ended || !lines.next_value()) continue;
+      const std::uint64_t at = lines.scanner().source().offset();
+      std::string_view word = lines.scanner().word();
+      ended = word.find('#') != std::string_view::npos;
+      word = word.substr(0, word.find('#'));
+      if (word.starts_with('+')) word.remove_prefix(1);
+      const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+      if (error != std::errc() || end != word.data() + word.size()) {
+        lines.scanner().source().fail_at_line(
+            at, fmt::format("expected a number, found '{}'", word.substr(0, 40)));
+      }
+    }
   }
 
   void read_vertex_rows(AttributeSink sink) {

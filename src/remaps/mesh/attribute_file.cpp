@@ -15,7 +15,8 @@ constexpr std::uint64_t kMostBlockBytes = 1 << 20;
 }  // namespace
 
 std::size_t AttributeLayout::row_bytes(AttributePer per) const {
-  return remaps::row_bytes(specs, per) * (per == AttributePer::corner ? 3 : 1);
+  const std::size_t bytes = remaps::row_bytes(specs, per);
+  return per == AttributePer::corner && bytes > 0 ? 3 * (kCornerVertex + bytes) : bytes;
 }
 
 std::uint64_t AttributeLayout::rows(AttributePer per) const {
@@ -118,17 +119,21 @@ void AttributeFile::read(AttributePer per, std::uint64_t first, std::span<std::b
 AttributeColumns::AttributeColumns(AttributeFile& file, AttributePer per,
                                    std::span<const AttributeSpec> chosen)
     : file_(file), per_(per) {
+  const auto wanted = [&](const AttributeSpec& spec) {
+    return std::find(chosen.begin(), chosen.end(), spec) != chosen.end();
+  };
+  const std::vector<AttributeSpec> all = attributes_per(file.layout().specs, per);
+  if (std::none_of(all.begin(), all.end(), wanted)) return;
   std::size_t at = 0;
-  for (int corner = 0; corner < (per == AttributePer::corner ? 3 : 1); ++corner) {
-    for (const AttributeSpec& spec : file.layout().specs) {
-      if (spec.per != per) continue;
-      const std::size_t bytes = remaps::row_bytes(spec);
-      if (std::find(chosen.begin(), chosen.end(), spec) != chosen.end()) {
-        pieces_.push_back({at, bytes});
-        row_bytes_ += bytes;
-      }
-      at += bytes;
-    }
+  const auto pass = [&](std::size_t bytes, bool take) {
+    if (take) pieces_.push_back({at, bytes});
+    if (take) row_bytes_ += bytes;
+    at += bytes;
+  };
+  const bool corner = per == AttributePer::corner;
+  for (int i = 0; i < (corner ? 3 : 1); ++i) {
+    if (corner) pass(AttributeLayout::kCornerVertex, true);
+    for (const AttributeSpec& spec : all) pass(remaps::row_bytes(spec), wanted(spec));
   }
 }
 

@@ -18,6 +18,9 @@ inline constexpr std::array<char, 4> kAttributeKind{'a', 't', 't', 'r'};
 /// those of vertices, then of faces, then of corners, three of which are one row here. Byte-level
 /// format: docs/formats/attributes.md.
 struct AttributeLayout {
+  /// Before the attributes of a corner stands the input index of its vertex: repair may turn faces.
+  static constexpr std::size_t kCornerVertex = sizeof(std::uint64_t);
+
   std::vector<AttributeSpec> specs;
   std::uint64_t vertices = 0, faces = 0;
 

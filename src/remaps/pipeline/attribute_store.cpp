@@ -14,6 +14,8 @@
 namespace remaps::pipeline {
 namespace {
 
+static_assert(sizeof(Triangle) == 3 * AttributeLayout::kCornerVertex);
+
 /// Rows that are put together at a time.
 constexpr std::uint64_t kChunk = 1 << 10;
 
@@ -82,6 +84,9 @@ class ElementStore {
     if (layout_.rows(per_) == 0) return;
     const std::vector<AttributeSpec> all = reader_.attributes();
     std::size_t channel = 0;
+    if (per_ == AttributePer::corner) {
+      columns_.push_back({{}, AttributeLayout::kCornerVertex, 0, spool_corners()});
+    }
     for (std::size_t number = 0; number < all.size(); ++number) {
       const AttributeSpec& spec = all[number];
       if (spec.per != per_) continue;
@@ -114,6 +119,17 @@ class ElementStore {
 
   std::uint64_t elements() const {
     return layout_.rows(per_) * (per_ == AttributePer::corner ? 3 : 1);
+  }
+
+  /// The vertices of the corners.
+  std::unique_ptr<store::RowSpool> spool_corners() {
+    auto rows = std::make_unique<store::RowSpool>(temp_dir_ / "attribute-corners",
+                                                  AttributeLayout::kCornerVertex);
+    reader_.read_triangles([&](std::span<const Triangle> triangles) {
+      rows->append(std::as_bytes(triangles));
+      progress_.advance(0.2 * reader_.pass_fraction());
+    });
+    return rows;
   }
 
   /// The values of a pooled attribute in the order of elements.

@@ -90,7 +90,7 @@ class CornerGather final : public store::RowJoin::Gather {
 
   void begin(std::uint64_t count) override {
     found_.assign(static_cast<std::size_t>(count) * 4, {});
-    kept_.resize(static_cast<std::size_t>(count) * 4 * 3 * values_.row_bytes());
+    kept_.resize(static_cast<std::size_t>(count) * 4 * 3 * values_.input_row_bytes());
   }
   void take(std::size_t number, store::ByteSpan payload, store::ByteSpan row) override {
     FaceSample sample;
@@ -101,11 +101,10 @@ class CornerGather final : public store::RowJoin::Gather {
     std::copy(row.begin(), row.end(), kept_.begin() + static_cast<std::ptrdiff_t>(at * row.size()));
   }
   void end() override {
-    const std::size_t row = 3 * values_.row_bytes();
+    const std::size_t row = 3 * values_.row_bytes(), kept = 12 * values_.input_row_bytes();
     out_.resize(found_.size() / 4 * row);
     for (std::size_t f = 0; f < found_.size() / 4; ++f) {
-      values_.find(std::span(found_).subspan(4 * f, 4),
-                   std::span(kept_).subspan(4 * f * row, 4 * row),
+      values_.find(std::span(found_).subspan(4 * f, 4), std::span(kept_).subspan(f * kept, kept),
                    std::span(out_).subspan(f * row, row));
     }
     rows_.append(out_);
@@ -142,8 +141,11 @@ void produce_face_points(const DyadicGrid& grid, bool corners,
   }
 }
 
-FaceSample face_sample(const Tile& tile, const TaggedPoint& point) {
+FaceSample face_sample(const Tile& tile, const TaggedPoint& point, const AttributeLayout& layout) {
   FaceSample sample;
+  for (std::size_t i = 0; i < 3; ++i) {
+    sample.vertex[i] = original_vertex(tile.vertex_id[tile.triangle[point.at.face][i]], layout);
+  }
   sample.slot = static_cast<std::uint8_t>(point.tag % 4);
   sample.u = point.at.u;
   sample.v = point.at.v;
@@ -163,9 +165,11 @@ class FaceRequests {
   FaceRequests(AttributeFile& attributes, std::span<const AttributeSpec> specs,
                const DyadicGrid& grid, const ResampleOptions& options, std::uint64_t buffer_bytes,
                MemoryBudget& budget)
-      : specs_(specs),
+      : layout_(attributes.layout()),
+        specs_(specs),
         face_columns_(attributes, AttributePer::face, specs),
-        corner_columns_(attributes, AttributePer::corner, specs) {
+        corner_columns_(attributes, AttributePer::corner, specs),
+        points_(grid.faces() * (corner_columns_.row_bytes() > 0 ? 4 : 1)) {
     const std::size_t face = face_columns_.row_bytes(), corner = corner_columns_.row_bytes();
     if (face > 0) {
       faces_.emplace("face-attributes", options.temp_dir,
@@ -185,16 +189,19 @@ class FaceRequests {
 
   void add(const Tile& tile, std::span<const TaggedPoint> points) {
     for (const TaggedPoint& point : points) {
+      ++seen_;
       const FaceId face = tile.face_id[point.at.face];
+      if (face >= layout_.faces) continue;  // made by repair: it has nothing
       if (faces_ && point.tag % 4 == kCentre) faces_->ask(face, point.tag / 4, {});
       if (!corners_) continue;
-      const FaceSample sample = face_sample(tile, point);
+      const FaceSample sample = face_sample(tile, point, layout_);
       corners_->ask(face, point.tag / 4, std::as_bytes(std::span(&sample, 1)));
     }
   }
 
   void finish(const ResampleOptions& options, store::RowSpool* face_rows,
               store::RowSpool* corner_rows) {
+    if (seen_ != points_) throw CorruptionError("points of faces were lost on the way");
     const auto run = [&](store::RowJoin& join, AttributeColumns& columns,
                          store::RowJoin::Gather& gather) {
       join.run([&](std::uint64_t first, std::span<std::byte> out) { columns.read(first, out); },
@@ -216,8 +223,10 @@ class FaceRequests {
   }
 
  private:
+  const AttributeLayout& layout_;
   std::span<const AttributeSpec> specs_;
   AttributeColumns face_columns_, corner_columns_;
+  std::uint64_t points_, seen_ = 0;
   std::optional<store::RowJoin> faces_, corners_;
 };
 

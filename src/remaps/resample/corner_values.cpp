@@ -2,9 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <utility>
-
-#include "remaps/base/errors.h"
 
 namespace remaps::resample {
 namespace {
@@ -42,14 +41,26 @@ CornerValues::CornerValues(std::vector<AttributeSpec> specs) : mixer_(std::move(
   for (auto& values : centre_) values.resize(channel);
 }
 
+/// The row of a vertex of a face. One that the face does not name, which only repair could have
+/// made, has the row at its place.
+std::span<const std::byte> CornerValues::row_of(VertexId vertex, std::size_t corner,
+                                                std::span<const std::byte> rows) const {
+  const std::size_t width = input_row_bytes();
+  for (std::size_t i = 0; i < 3; ++i) {
+    VertexId found = 0;
+    std::memcpy(&found, rows.data() + i * width, sizeof found);
+    if (found == vertex) corner = i;
+  }
+  return rows.subspan(corner * width + sizeof(VertexId), row_bytes());
+}
+
 void CornerValues::interpolate(const FaceSample& sample, std::span<const std::byte> rows,
                                std::span<double> values) {
   const std::array<double, 3> weight = {1 - sample.u - sample.v, sample.u, sample.v};
-  std::fill(values.begin(), values.end(), 0.0);
   double heaviest = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     if (weight[i] > 0) {
-      mixer_.add(rows.subspan(i * row_bytes(), row_bytes()), weight[i], values, heaviest);
+      mixer_.add(row_of(sample.vertex[i], i, rows), weight[i], values, heaviest);
     }
   }
 }
@@ -57,7 +68,7 @@ void CornerValues::interpolate(const FaceSample& sample, std::span<const std::by
 void CornerValues::mend_seams(std::span<const FaceSample> sample,
                               std::span<const std::byte> centre_rows) {
   for (std::size_t i = 0; i < 3; ++i) {
-    unpack_row(mixer_.specs(), centre_rows.subspan(i * row_bytes(), row_bytes()), centre_[i]);
+    unpack_row(mixer_.specs(), row_of(sample[kCentre].vertex[i], i, centre_rows), centre_[i]);
   }
   for (const std::size_t c : uv_) {
     std::array<Uv, 3> foretold;
@@ -83,14 +94,14 @@ void CornerValues::mend_seams(std::span<const FaceSample> sample,
 
 void CornerValues::find(std::span<const FaceSample> sample, std::span<const std::byte> rows,
                         std::span<std::byte> out) {
-  const std::size_t face = 3 * row_bytes();
-  for (std::size_t i = 0; i < 4; ++i) {
-    if (sample[i].there == 0) throw CorruptionError("attributes of corners were lost on the way");
-  }
+  const std::size_t face = 3 * input_row_bytes();
   for (std::size_t i = 0; i < 3; ++i) {
-    interpolate(sample[i], rows.subspan(i * face, face), value_[i]);
+    std::fill(value_[i].begin(), value_[i].end(), 0.0);
+    if (sample[i].there != 0) interpolate(sample[i], rows.subspan(i * face, face), value_[i]);
   }
-  mend_seams(sample, rows.subspan(kCentre * face, face));
+  const bool all =
+      std::all_of(sample.begin(), sample.end(), [](const FaceSample& s) { return s.there != 0; });
+  if (all) mend_seams(sample, rows.subspan(kCentre * face, face));
   for (std::size_t i = 0; i < 3; ++i) {
     mixer_.finish(value_[i], out.subspan(i * row_bytes(), row_bytes()));
   }
