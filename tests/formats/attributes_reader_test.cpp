@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -113,6 +114,20 @@ TEST_F(AttributesReader, PlyOfStripsHasNoneOfFaces) {
   EXPECT_EQ(found.vertex, (List{1, 2, 3}));
 }
 
+TEST_F(AttributesReader, PlyOfAbsurdlyManyPropertiesIsReadInTime) {
+  std::string header =
+      "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\n"
+      "property float z\n";
+  std::string row = "1 2 3";
+  for (int i = 0; i < 40'000; ++i) {
+    header += fmt::format("property char a{}\n", i);
+    row += fmt::format(" {}", i % 100);
+  }
+  const AttributeLists found = read("a.ply", header + "end_header\n" + row + "\n" + row + "\n");
+  EXPECT_EQ(found.specs.size(), 256u);
+  EXPECT_EQ(found.column("a255"), (List{55, 55}));
+}
+
 TEST_F(AttributesReader, PlyRefusesRowsThatAreCutOff) {
   const auto path =
       make_file("a.ply",
@@ -192,6 +207,7 @@ TEST_F(AttributesReader, ObjRefusesNumbersThatAreInNoPool) {
 }
 
 TEST_F(AttributesReader, ObjOfPositionsAloneHasNone) {
+  EXPECT_TRUE(read("b.obj", "v 0 0 0 a b c\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").specs.empty());
   EXPECT_TRUE(read("a.obj", "v 0 0 0\nv 1 0 0 1\nv 0 1 0\nf 1 2 3\n").specs.empty());
 }
 
@@ -213,6 +229,8 @@ TEST_F(AttributesReader, OffHasWhatItsKeywordAnnounces) {
             "colour:colour:vertex red=uint8 green=uint8 blue=uint8 alpha=uint8; ");
   found = read("c.off", "COFF\n1 0 0\n0 0 0 0.5 0 1\n");
   EXPECT_EQ(found.find("colour")->components[0].type, ScalarType::float32);
+  found = read("e.off", "COFF\n2 0 0\n0 0 0 0.5 0 1#red\n0 0 0 +1 0 0.25 # blue\n");
+  EXPECT_EQ(found.vertex, (List{0.5, 0, 1, 1, 0, 0.25}));
   EXPECT_TRUE(read("d.off", "OFF\n1 0 0\n0 0 0 1 2 3\n").specs.empty());
 }
 

@@ -17,6 +17,8 @@ namespace remaps {
 namespace {
 
 constexpr std::string_view kTextureList = "texcoord";
+/// Of an element; more are passed over. Nobody has so many, but a header may.
+constexpr std::size_t kMostAttributes = 256;
 
 /// Properties that belong together, by name; the last ones may be missing.
 struct KnownNames {
@@ -67,6 +69,7 @@ class ElementAttributes {
   std::vector<AttributeSpec> find() {
     std::vector<AttributeSpec> specs;
     for (const PlyProperty& property : element_.properties) {
+      if (specs.size() == kMostAttributes) break;
       if (property.count_type || taken_[index_of(property)]) continue;
       specs.push_back(attribute_from(property));
     }
@@ -144,6 +147,12 @@ std::vector<Step> plan_steps(const PlyElement& element, const std::vector<Attrib
                              AttributePer per) {
   using Kind = Step::Kind;
   const PlyProperty* const corners = element.find("vertex_indices", "vertex_index");
+  std::vector<const PlyProperty*> wanted;  // (channels)
+  for (const AttributeSpec& spec : specs) {
+    for (const AttributeComponent& c : spec.components) {
+      if (per != AttributePer::corner) wanted.push_back(element.find(c.name));
+    }
+  }
   std::vector<Step> steps;
   for (const PlyProperty& property : element.properties) {
     if (property.count_type) {
@@ -156,15 +165,10 @@ std::vector<Step> plan_steps(const PlyElement& element, const std::vector<Attrib
       continue;
     }
     Step step{Kind::skip, property.type, property.type};
-    std::size_t channel = 0;
-    for (const AttributeSpec& spec : specs) {
-      for (const AttributeComponent& c : spec.components) {
-        if (per != AttributePer::corner && &property == element.find(c.name)) {
-          step.kind = Kind::value;
-          step.channel = channel;
-        }
-        ++channel;
-      }
+    const auto at = std::find(wanted.begin(), wanted.end(), &property);
+    if (at != wanted.end()) {
+      step.kind = Kind::value;
+      step.channel = static_cast<std::size_t>(at - wanted.begin());
     }
     steps.push_back(step);
   }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <span>
 #include <vector>
@@ -12,8 +13,10 @@ namespace remaps {
 class RowEmitter {
  public:
   RowEmitter(std::size_t channels, AttributeSink sink) : sink_(sink) {
-    rows_.reserve(kRows * channels);
-    most_ = kRows * channels;
+    most_ =
+        std::clamp<std::size_t>(kMostValues / std::max<std::size_t>(channels, 1), 1, kMostRows) *
+        channels;
+    rows_.reserve(most_);
   }
 
   void push(std::span<const double> row) {
@@ -26,8 +29,8 @@ class RowEmitter {
   }
 
  private:
-  /// Few enough that even hundreds of attributes fit.
-  static constexpr std::size_t kRows = 512;
+  static constexpr std::size_t kMostRows = 4096;
+  static constexpr std::size_t kMostValues = 1 << 14;
 
   AttributeSink sink_;
   std::size_t most_;

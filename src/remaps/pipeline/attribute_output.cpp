@@ -6,8 +6,13 @@
 namespace remaps::pipeline {
 namespace {
 
-/// Elements written at a time with their rows.
-constexpr std::size_t kChunk = 1 << 10;
+/// Elements written at a time with their rows, and the bytes that these may take.
+constexpr std::size_t kMostChunk = 1 << 10;
+constexpr std::size_t kChunkBytes = 256 << 10;
+
+std::size_t chunk_of(std::size_t row_bytes) {
+  return std::clamp<std::size_t>(kChunkBytes / std::max<std::size_t>(row_bytes, 1), 1, kMostChunk);
+}
 
 }  // namespace
 
@@ -63,8 +68,9 @@ void AttributeOutput::write_positions(IndexedMeshWriter& writer, std::span<const
     writer.write_positions(positions);
     return;
   }
+  const std::size_t chunk = chunk_of(row_bytes(specs_, AttributePer::vertex));
   while (!positions.empty()) {
-    const auto part = positions.first(std::min(kChunk, positions.size()));
+    const auto part = positions.first(std::min(chunk, positions.size()));
     writer.write_positions(part);
     write_rows(writer, AttributePer::vertex, vertices_done_, part.size());
     vertices_done_ += part.size();
@@ -78,8 +84,10 @@ void AttributeOutput::write_triangles(IndexedMeshWriter& writer,
     writer.write_triangles(triangles);
     return;
   }
+  const std::size_t chunk =
+      chunk_of(row_bytes(specs_, AttributePer::face) + 3 * row_bytes(specs_, AttributePer::corner));
   while (!triangles.empty()) {
-    const auto part = triangles.first(std::min(kChunk, triangles.size()));
+    const auto part = triangles.first(std::min(chunk, triangles.size()));
     write_rows(writer, AttributePer::face, faces_done_, part.size());
     write_rows(writer, AttributePer::corner, faces_done_, part.size());
     writer.write_triangles(part);

@@ -16,8 +16,9 @@ namespace {
 
 static_assert(sizeof(Triangle) == 3 * AttributeLayout::kCornerVertex);
 
-/// Rows that are put together at a time.
-constexpr std::uint64_t kChunk = 1 << 10;
+/// Rows that are put together at a time, and the bytes that they may take.
+constexpr std::uint64_t kMostChunk = 1 << 10;
+constexpr std::size_t kChunkBytes = 256 << 10;
 
 /// Adds the values of a pool up where they are used: at corners, where there is one, or at
 /// vertices.
@@ -96,6 +97,9 @@ class ElementStore {
       }
       if (!spec.pooled) channel += spec.components.size();
     }
+    std::size_t bytes = 0;
+    for (const Column& column : columns_) bytes += column.bytes;
+    chunk_rows_ = std::clamp<std::uint64_t>(kChunkBytes / bytes, 1, kMostChunk);
     const bool direct = std::any_of(columns_.begin(), columns_.end(),
                                     [](const Column& c) { return c.pool == nullptr; });
     if (direct) {
@@ -171,13 +175,13 @@ class ElementStore {
 
   void add_row(std::span<const double> row, AttributeFileWriter& file) {
     if (added_ == elements()) throw CorruptionError("a file changed while it was read");
-    if (added_ % kChunk == 0) load_pools();
+    if (added_ % chunk_rows_ == 0) load_pools();
     for (const Column& column : columns_) {
       const std::size_t at = chunk_.size();
       chunk_.resize(at + column.bytes);
       if (column.pool != nullptr) {
         const auto from = loaded_[static_cast<std::size_t>(&column - columns_.data())].begin() +
-                          static_cast<std::ptrdiff_t>(added_ % kChunk * column.bytes);
+                          static_cast<std::ptrdiff_t>(added_ % chunk_rows_ * column.bytes);
         std::copy_n(from, column.bytes, chunk_.begin() + static_cast<std::ptrdiff_t>(at));
       } else {
         pack_row({&column.spec, 1}, row.subspan(column.channel, column.spec.components.size()),
@@ -186,11 +190,11 @@ class ElementStore {
     }
     ++added_;
     // Three corners are one row of the file.
-    if (added_ % (3 * kChunk) == 0) flush(file);
+    if (added_ % (3 * chunk_rows_) == 0) flush(file);
   }
 
   void load_pools() {
-    const std::uint64_t count = std::min(kChunk, elements() - added_);
+    const std::uint64_t count = std::min(chunk_rows_, elements() - added_);
     loaded_.resize(columns_.size());
     for (std::size_t c = 0; c < columns_.size(); ++c) {
       if (columns_[c].pool == nullptr) continue;
@@ -214,6 +218,7 @@ class ElementStore {
   std::vector<Column> columns_;
   std::vector<store::Bytes> loaded_;  // (columns) values of pools
   store::Bytes chunk_;
+  std::uint64_t chunk_rows_ = 1;
   std::uint64_t added_ = 0;
 };
 
