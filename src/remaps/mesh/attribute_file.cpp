@@ -77,8 +77,10 @@ void AttributeFileWriter::seal() {
   file_.seal();
 }
 
-AttributeFile::AttributeFile(const std::filesystem::path& path, AttributeLayout layout)
+AttributeFile::AttributeFile(const std::filesystem::path& path, AttributeLayout layout,
+                             const std::filesystem::path& copies)
     : layout_(std::move(layout)), file_(path, kAttributeKind) {
+  if (layout_.copies > 0) copies_.emplace(copies, layout_.vertices, layout_.copies);
   const auto refuse = [&](const std::string& why) {
     throw CorruptionError(path.string() + ": " + why);
   };
@@ -96,6 +98,14 @@ AttributeFile::AttributeFile(const std::filesystem::path& path, AttributeLayout 
       }
     }
   }
+}
+
+VertexId AttributeFile::original(VertexId vertex) {
+  if (vertex < layout_.vertices) return vertex;
+  if (copies_) return copies_->original(vertex);
+  throw CorruptionError(file_.path().string() + ": there are attributes of " +
+                        std::to_string(layout_.vertices) + " vertices, none of vertex " +
+                        std::to_string(vertex));
 }
 
 void AttributeFile::read(AttributePer per, std::uint64_t first, std::span<std::byte> out) {

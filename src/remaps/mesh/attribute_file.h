@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/vertex_copies.h"
 #include "remaps/store/section_file.h"
 
 namespace remaps {
@@ -23,6 +25,7 @@ struct AttributeLayout {
 
   std::vector<AttributeSpec> specs;
   std::uint64_t vertices = 0, faces = 0;
+  std::uint64_t copies = 0;  ///< vertices that repair made, numbered from `vertices` on
 
   /// Of a row in the file: of a face's three corners together. 0: there are no such rows.
   std::size_t row_bytes(AttributePer per) const;
@@ -58,17 +61,23 @@ class AttributeFileWriter {
 /// Reads rows of a sealed file. One thread at a time.
 class AttributeFile {
  public:
-  /// @throws CorruptionError  the file is damaged, or has other sections than the layout asks for
-  AttributeFile(const std::filesystem::path& path, AttributeLayout layout);
+  /// @param copies  the file of a VertexCopiesWriter, read if the layout has copies
+  /// @throws CorruptionError  a file is damaged, or has other sections than the layout asks for
+  AttributeFile(const std::filesystem::path& path, AttributeLayout layout,
+                const std::filesystem::path& copies = {});
 
   const AttributeLayout& layout() const { return layout_; }
   const store::SectionFile& sections() const { return file_; }
+  /// The vertex whose attributes a vertex has: itself, or what it is a copy of; kNoVertex: none.
+  /// @throws CorruptionError  there is no such vertex
+  VertexId original(VertexId vertex);
   /// Reads rows first ... first + out.size() / row_bytes(per) - 1.
   void read(AttributePer per, std::uint64_t first, std::span<std::byte> out);
 
  private:
   AttributeLayout layout_;
   store::SectionFile file_;
+  std::optional<VertexCopies> copies_;
   std::size_t loaded_ = ~std::size_t{0};
   store::Bytes block_;
 };

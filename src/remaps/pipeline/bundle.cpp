@@ -94,6 +94,7 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
       const Json& attributes = json.at("attributes");
       m.attributes.vertices = attributes.at("vertices");
       m.attributes.faces = attributes.at("faces");
+      m.attributes.copies = attributes.value("copies", std::uint64_t{0});
       for (const Json& spec : attributes.at("list")) {
         m.attributes.specs.push_back(attribute_from(spec));
       }
@@ -186,6 +187,7 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
     json["attributes"] = {{"vertices", m.attributes.vertices},
                           {"faces", m.attributes.faces},
                           {"list", Json::array()}};
+    if (m.attributes.copies > 0) json["attributes"]["copies"] = m.attributes.copies;
     for (const AttributeSpec& spec : m.attributes.specs) {
       json["attributes"]["list"].push_back(to_json(spec));
     }
@@ -225,8 +227,8 @@ Bundle::Bundle(const std::filesystem::path& directory) : directory_(directory) {
     }
     tiles_ = std::make_unique<store::SectionFile>(directory / kTilesName, kTileKind);
     if (!manifest_.attributes.specs.empty()) {
-      attributes_ =
-          std::make_unique<AttributeFile>(directory / kAttributesName, manifest_.attributes);
+      attributes_ = std::make_unique<AttributeFile>(directory / kAttributesName,
+                                                    manifest_.attributes, directory / kCopiesName);
     }
   } catch (const IoError& error) {
     throw CorruptionError(error.what());

@@ -34,6 +34,7 @@ std::string log_name(std::size_t level);
 inline constexpr const char* kTilesName = "tiles.bin";
 inline constexpr const char* kMapName = "map.bin";
 inline constexpr const char* kAttributesName = "attributes.bin";
+inline constexpr const char* kCopiesName = "copies.bin";
 inline constexpr const char* kBaseName = "base.ply";
 inline constexpr const char* kManifestName = "manifest.json";
 

@@ -15,15 +15,6 @@ namespace {
 
 using map::TaggedPoint;
 
-/// The vertex whose attributes a vertex has: itself, as long as nobody copies vertices.
-VertexId original_vertex(VertexId vertex, const AttributeLayout& layout) {
-  if (vertex >= layout.vertices) {
-    throw CorruptionError("vertex " + std::to_string(vertex) + " of " +
-                          std::to_string(layout.vertices) + " has no attributes");
-  }
-  return vertex;
-}
-
 /// Sums up rows by weights, a range of points at a time.
 class MixGather final : public store::RowJoin::Gather {
  public:
@@ -45,7 +36,6 @@ class MixGather final : public store::RowJoin::Gather {
   void end() override {
     out_.resize(heaviest_.size() * mixer_.row_bytes());
     for (std::size_t i = 0; i < heaviest_.size(); ++i) {
-      if (!(heaviest_[i] > 0)) throw CorruptionError("attributes of samples were lost on the way");
       mixer_.finish(sum_of(i), std::span(out_).subspan(i * mixer_.row_bytes(), mixer_.row_bytes()));
     }
     rows_.append(out_);
@@ -141,10 +131,10 @@ void produce_face_points(const DyadicGrid& grid, bool corners,
   }
 }
 
-FaceSample face_sample(const Tile& tile, const TaggedPoint& point, const AttributeLayout& layout) {
+FaceSample face_sample(const Tile& tile, const TaggedPoint& point, AttributeFile& attributes) {
   FaceSample sample;
   for (std::size_t i = 0; i < 3; ++i) {
-    sample.vertex[i] = original_vertex(tile.vertex_id[tile.triangle[point.at.face][i]], layout);
+    sample.vertex[i] = attributes.original(tile.vertex_id[tile.triangle[point.at.face][i]]);
   }
   sample.slot = static_cast<std::uint8_t>(point.tag % 4);
   sample.u = point.at.u;
@@ -165,7 +155,7 @@ class FaceRequests {
   FaceRequests(AttributeFile& attributes, std::span<const AttributeSpec> specs,
                const DyadicGrid& grid, const ResampleOptions& options, std::uint64_t buffer_bytes,
                MemoryBudget& budget)
-      : layout_(attributes.layout()),
+      : attributes_(attributes),
         specs_(specs),
         face_columns_(attributes, AttributePer::face, specs),
         corner_columns_(attributes, AttributePer::corner, specs),
@@ -191,10 +181,10 @@ class FaceRequests {
     for (const TaggedPoint& point : points) {
       ++seen_;
       const FaceId face = tile.face_id[point.at.face];
-      if (face >= layout_.faces) continue;  // made by repair: it has nothing
+      if (face >= attributes_.layout().faces) continue;  // made by repair: it has nothing
       if (faces_ && point.tag % 4 == kCentre) faces_->ask(face, point.tag / 4, {});
       if (!corners_) continue;
-      const FaceSample sample = face_sample(tile, point, layout_);
+      const FaceSample sample = face_sample(tile, point, attributes_);
       corners_->ask(face, point.tag / 4, std::as_bytes(std::span(&sample, 1)));
     }
   }
@@ -223,7 +213,7 @@ class FaceRequests {
   }
 
  private:
-  const AttributeLayout& layout_;
+  AttributeFile& attributes_;
   std::span<const AttributeSpec> specs_;
   AttributeColumns face_columns_, corner_columns_;
   std::uint64_t points_, seen_ = 0;
@@ -237,7 +227,8 @@ VertexAttributeSampler::VertexAttributeSampler(AttributeFile& attributes,
                                                std::uint64_t points,
                                                const std::filesystem::path& temp_dir,
                                                std::uint64_t buffer_bytes, MemoryBudget& budget)
-    : layout_(attributes.layout()),
+    : attributes_(attributes),
+      points_(points),
       columns_(attributes, AttributePer::vertex, specs),
       mixer_(attributes_per(specs, AttributePer::vertex)),
       join_("vertex-attributes", temp_dir,
@@ -250,19 +241,24 @@ void VertexAttributeSampler::add(const Tile& tile, std::span<const TaggedPoint> 
     const auto& t = tile.triangle[point.at.face];
     const std::array<double, 3> weight = {1 - point.at.u - point.at.v, point.at.u, point.at.v};
     std::array<std::pair<VertexId, double>, 3> corner;
+    double known = 1;
     for (std::size_t i = 0; i < 3; ++i) {
-      corner[i] = {original_vertex(tile.vertex_id[t[i]], layout_), weight[i]};
+      corner[i] = {attributes_.original(tile.vertex_id[t[i]]), weight[i]};
+      if (corner[i].first == kNoVertex) known -= std::exchange(corner[i].second, 0);
     }
     // In the order of rows: so sums do not depend on memory.
     std::sort(corner.begin(), corner.end());
     for (const auto& [vertex, part] : corner) {
-      if (part > 0) join_.ask(vertex, point.tag, std::as_bytes(std::span(&part, 1)));
+      const double share = known == 1 ? part : part / known;
+      if (part > 0) join_.ask(vertex, point.tag, std::as_bytes(std::span(&share, 1)));
     }
   }
+  seen_ += points.size();
 }
 
 void VertexAttributeSampler::finish(store::RowSpool& rows, std::uint64_t buffer_bytes,
                                     Progress* progress) {
+  if (seen_ != points_) throw CorruptionError("points of vertices were lost on the way");
   MixGather gather(mixer_, rows);
   join_.run([this](std::uint64_t first, std::span<std::byte> out) { columns_.read(first, out); },
             gather, buffer_bytes,

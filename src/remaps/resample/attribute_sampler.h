@@ -22,7 +22,7 @@ namespace remaps::resample {
 class VertexAttributeSampler {
  public:
   /// @param specs         that are wanted; those of other elements are passed over
-  /// @param points        tags of points are below
+  /// @param points        so many will come; their tags are below
   /// @param buffer_bytes  for write buffers while points come
   VertexAttributeSampler(AttributeFile& attributes, std::span<const AttributeSpec> specs,
                          std::uint64_t points, const std::filesystem::path& temp_dir,
@@ -31,11 +31,14 @@ class VertexAttributeSampler {
   void add(const Tile& tile, std::span<const map::TaggedPoint> points);
   /// Rows in the order of tags, as pack_row makes them.
   /// Interpolates with the weights of the point; labels take the corner of the largest weight, the
-  /// first vertex of equal ones; normals get length 1.
+  /// first vertex of equal ones; normals get length 1. Vertices that repair made of nothing count
+  /// for nothing; a point that has no others gets zeros.
+  /// @throws CorruptionError  not as many points came as should
   void finish(store::RowSpool& rows, std::uint64_t buffer_bytes, Progress* progress);
 
  private:
-  const AttributeLayout& layout_;
+  AttributeFile& attributes_;
+  std::uint64_t points_, seen_ = 0;
   AttributeColumns columns_;
   AttributeMixer mixer_;
   store::RowJoin join_;
