@@ -18,6 +18,7 @@ void add_remesh_commands(CLI::App& program, Action& action);
 void add_query_commands(CLI::App& program, Action& action);
 void add_measure_command(CLI::App& program, Action& action);
 void add_info_command(CLI::App& program, Action& action);
+void add_check_command(CLI::App& program, Action& action);
 void add_generate_command(CLI::App& program, Action& action);
 
 /// Options that hold a path, a count (200, 10k, 5M), a size (256M, 1.5G) or a number in a range.

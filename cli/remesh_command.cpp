@@ -102,6 +102,13 @@ void add_base_options(CLI::App& verb, pipeline::RemeshOptions& o) {
             "Vertices of the base mesh, at least 4; more remain if topology and shape ask for it");
 }
 
+void add_repair_options(CLI::App& verb, pipeline::RemeshOptions& o) {
+  verb.add_flag("--strict", o.strict, "Refuse a mesh that needs repair; see the verb check");
+  add_count(verb, "--min-component", o.min_component, 0,
+            "Drop components of fewer faces; 0: keep all")
+      ->type_name("FACES");
+}
+
 void add_buffer_options(CLI::App& verb, pipeline::RemeshOptions& o) {
   add_resources(verb, o.memory_bytes, o.threads, o.temp_dir, "beside the result");
   add_count(verb, "--domain-buffer", o.domain_buffer, 0,
@@ -132,6 +139,7 @@ void add_remesh(CLI::App& program, Action& action) {
   add_path(verb, "INPUT", o.input, "Mesh to read: .ply, .obj or .off")->required();
   add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
   add_base_options(verb, o);
+  add_repair_options(verb, o);
   add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
   add_path(verb, "--bundle", o.bundle,
            "Keep base and exact map in this directory, for resample, verify and locate")
@@ -150,6 +158,7 @@ void add_parameterize(CLI::App& program, Action& action) {
   add_path(verb, "BUNDLE", a->options.bundle, "Directory to write, by custom NAME.remaps")
       ->required();
   add_base_options(verb, a->options);
+  add_repair_options(verb, a->options);
   add_buffer_options(verb, a->options);
   a->reporting.add_to(verb);
   a->no_measure = true;

@@ -24,9 +24,27 @@ std::string topology_text(const Report& r) {
         (2 - r.euler_characteristic - static_cast<std::int64_t>(r.boundary_loops)) / 2;
     text += fmt::format(", genus {}", handles);
   }
-  if (r.unreferenced_vertices != 0) {
-    text += fmt::format(", {} without a face", counted(r.unreferenced_vertices, "vertex"));
+  if (r.repairs.unreferenced_vertices != 0) {
+    text += fmt::format(", {} without a face", counted(r.repairs.unreferenced_vertices, "vertex"));
   }
+  return text;
+}
+
+/// What repair did, an item each; empty when there was nothing to do.
+std::string repair_text(const pipeline::Repairs& r) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, const char* noun, const char* what) {
+    if (count == 0) return;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", counted(count, noun), what);
+  };
+  add(r.nonfinite_vertices, "vertex", "not finite dropped");
+  add(r.nonfinite_faces, "face", "with them");
+  add(r.degenerate_faces, "degenerate face", "dropped");
+  add(r.duplicate_faces, "duplicate face", "dropped");
+  add(r.dropped_components, "small component", "dropped");
+  add(r.flipped_faces, "face", "turned");
+  add(r.nonmanifold_edges, "edge", "of more than two faces cut");
+  add(r.nonmanifold_vertices, "vertex", "with several fans split");
   return text;
 }
 
@@ -67,6 +85,8 @@ std::string report_table(const Report& r) {
   std::string text = line(
       "input", fmt::format("{}: {}", name_of(r.input_path), mesh(r.input_vertices, r.input_faces)));
   text += line("", topology_text(r));
+  if (const std::string repairs = repair_text(r.repairs); !repairs.empty())
+    text += line("repaired", repairs);
   text += line("base", mesh(r.base_vertices, r.base_faces));
   if (r.base_vertices_requested != 0 && r.base_vertices > r.base_vertices_requested) {
     text += line(

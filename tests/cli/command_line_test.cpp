@@ -139,7 +139,7 @@ TEST_F(CommandLine, TruncatedInputIsAnInputError) {
 TEST_F(CommandLine, NonManifoldInputIsAGeometryError) {
   // Three triangles on one edge.
   make_file("fin.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 2 1 4\nf 1 2 5\n");
-  expect_failure(4, {"remesh", "fin.obj", "out.ply"});
+  expect_failure(4, {"remesh", "fin.obj", "out.ply", "--strict"}, {"--strict"});
   EXPECT_EQ(names_here(), std::vector<std::string>{"fin.obj"});
 }
 

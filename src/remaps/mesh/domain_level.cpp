@@ -39,7 +39,7 @@ struct Records {
   const std::byte* end;
 
   Records(store::BucketFile& file, std::size_t bucket, store::Bytes& bytes) {
-    file.take(bucket, bytes);
+    file.read(bucket, 0, file.bytes(bucket), bytes);
     const std::size_t size = bytes.size();
     bytes.resize(size + kLargestRecord);
     at = bytes.data();
@@ -161,12 +161,16 @@ FaceLink DomainLevel::add_face_alone(const std::array<RoutedVertex, 3>& corner,
 }
 
 void DomainLevel::load(std::size_t segment, VertexIndex& scratch, Segment& out,
-                       std::vector<FaceLink>& origin) {
+                       std::vector<FaceLink>& origin, After after) {
   out.clear();
   origin.clear();
   load_vertices(segment, scratch, out);
   load_faces(segment, scratch, out, origin);
-  buckets_[segment] = {};
+  if (after == After::kFree) {
+    vertex_file_.release(segment);
+    face_file_.release(segment);
+    buckets_[segment] = {};
+  }
   out.locked.assign(out.vertex_id.size(), 0);
   for (const LocalTriangle& t : out.triangle) {
     if (std::max({t[0], t[1], t[2]}) < out.own_vertices) continue;

@@ -108,9 +108,13 @@ class DomainLevel {
     }
   }
 
-  /// Loads a segment and frees its space. Safe on several threads for different segments.
+  /// What becomes of a segment on disk when it has been loaded.
+  enum class After { kFree, kKeep };
+
+  /// Loads a segment. Safe on several threads for different segments.
   /// @param origin  (home faces) where they were at the level before; empty at level 0
-  void load(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin);
+  void load(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin,
+            After after = After::kFree);
 
  private:
   /// What is known of a segment while it is written. Records say how they differ from the one

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kBundleVersion = 1;
+constexpr int kBundleVersion = 2;
 
 /// What stands before the manifest's checksum of itself: 16 digits, taken as zeros for the sum.
 constexpr std::string_view kOwnChecksum = "\"manifest.json\": \"";
@@ -54,6 +54,9 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     const Json& input = json.at("input");
     m.input_name = input.at("name");
     m.input_vertices = input.at("vertices");
+    m.input_faces = input.at("file_faces");
+    m.absent_vertices = input.at("absent_vertices");
+    m.copied_vertices = input.at("copied_vertices");
     m.topology.vertices = input.at("referenced_vertices");
     m.topology.faces = input.at("faces");
     m.topology.boundary_edges = input.at("boundary_edges");
@@ -135,6 +138,9 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
   json["version"] = kBundleVersion;
   json["input"] = {{"name", m.input_name},
                    {"vertices", m.input_vertices},
+                   {"file_faces", m.input_faces},
+                   {"absent_vertices", m.absent_vertices},
+                   {"copied_vertices", m.copied_vertices},
                    {"referenced_vertices", m.topology.vertices},
                    {"faces", m.topology.faces},
                    {"boundary_edges", m.topology.boundary_edges},

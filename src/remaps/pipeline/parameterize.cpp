@@ -13,6 +13,7 @@
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/ingest.h"
 #include "remaps/pipeline/map_file.h"
+#include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/run_plan.h"
 #include "remaps/simplify/sweep.h"
 
@@ -31,6 +32,8 @@ constexpr std::uint64_t kDraftAbove = 300;
 
 /// The part of the map phase that is over when all vertices are on the base.
 constexpr double kMapCarried = 0.95;
+
+constexpr const char* kWithoutStrict = "without --strict that is repaired, and counted";
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -51,15 +54,20 @@ class Parameterizer {
                       job_.base_vertices, 2 * job_.base_vertices, plan_.domain_buffer,
                       (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
     }
-    auto start = std::chrono::steady_clock::now();
     plan_phases(guess_vertices(job_.input));
     read_input();
-    report_.seconds_ingest = seconds_since(start);
-    start = std::chrono::steady_clock::now();
-    sweep_to_base();
-    report_.seconds_sweeps = seconds_since(start);
+    if (job_.min_component > 1) repair_input();
+    try {
+      sweep_to_base();
+    } catch (const simplify::NotManifold& defect) {
+      // Found out here, and not looked for before, since most inputs are sound.
+      if (job_.strict) throw GeometryError(fmt::format("{}; {}", defect.what(), kWithoutStrict));
+      if (repaired_) throw;
+      start_again();
+      sweep_to_base();
+    }
     if (job_.write_map) {
-      start = std::chrono::steady_clock::now();
+      const auto start = std::chrono::steady_clock::now();
       map_vertices();
       report_.seconds_map = seconds_since(start);
     }
@@ -68,6 +76,7 @@ class Parameterizer {
 
  private:
   void read_input() {
+    const auto start = std::chrono::steady_clock::now();
     const auto reader = open_mesh_reader(job_.input);
     ingested_ = ingest(*reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
     report_.bytes_read += reader->bytes_read_total();
@@ -77,9 +86,62 @@ class Parameterizer {
     report_.bbox_diagonal = ingested_.diagonal;
     manifest_.input_name = job_.input.filename().string();
     manifest_.input_vertices = ingested_.vertices;
+    manifest_.input_faces = ingested_.faces;
+    manifest_.absent_vertices = ingested_.nonfinite_vertices;
+    note_left_out();
+    report_.seconds_ingest += seconds_since(start);
     manifest_.origin = ingested_.origin;
     manifest_.diagonal = ingested_.diagonal;
     manifest_.base_vertices_requested = job_.base_vertices;
+  }
+
+  /// Counts what ingest left out, or refuses it.
+  void note_left_out() {
+    Repairs& repairs = report_.repairs;
+    repairs.nonfinite_vertices = ingested_.nonfinite_vertices;
+    repairs.nonfinite_faces = ingested_.nonfinite_faces;
+    repairs.degenerate_faces = ingested_.degenerate_faces;
+    if (!job_.strict) return;
+    if (repairs.nonfinite_vertices > 0) {
+      throw GeometryError(fmt::format("{}: coordinates of {} vertices are not finite; {}",
+                                      job_.input.string(), repairs.nonfinite_vertices,
+                                      kWithoutStrict));
+    }
+    if (repairs.degenerate_faces > 0) {
+      throw GeometryError(
+          fmt::format("{}: {} faces have a vertex twice, face {} has vertex {} so (from 0); {}",
+                      job_.input.string(), repairs.degenerate_faces, ingested_.first_degenerate,
+                      ingested_.twice, kWithoutStrict));
+    }
+  }
+
+  /// Reads the input again, since the sweep that found it unsound has used it up, and repairs it.
+  void start_again() {
+    report_.sweeps.clear();
+    manifest_.segments.clear();
+    ingested_ = {};
+    progress_.plan({expect_ingest(report_.input_vertices), expect_repair(report_.input_vertices)});
+    read_input();
+    repair_input();
+  }
+
+  void repair_input() {
+    const auto start = std::chrono::steady_clock::now();
+    repaired_ = true;
+    const repair::Findings found = pipeline::repair_input(
+        ingested_, job_.min_component, plan_, job_.temp_dir, budget_, progress_, report_.repairs);
+    if (!found.one_sided.empty()) {
+      throw GeometryError(fmt::format(
+          "{}: the surface cannot be oriented: it has one side only, like a Moebius strip, which "
+          "shows at {} (counted from 0). Cut it open there first",
+          job_.input.string(), found.one_sided));
+    }
+    if (ingested_.level->faces() == 0) {
+      throw GeometryError(fmt::format("{}: no component has {} faces (--min-component)",
+                                      job_.input.string(), job_.min_component));
+    }
+    manifest_.copied_vertices = ingested_.copied_vertices;
+    report_.seconds_ingest += seconds_since(start);
   }
 
   /// The fraction to keep: a tenth, or what leaves enough to the last sweep.
@@ -112,14 +174,8 @@ class Parameterizer {
                                          job_.temp_dir, plan_.bucket_bytes, budget_);
   }
 
-  Reservation reserve_lanes(const DomainLevel& level) {
-    const std::uint64_t faces = level.largest_segment();
-    const auto lanes = std::min<std::uint64_t>(plan_.sweep_threads, level.segments());
-    return budget_.reserve(faces * kBytesPerFace * (lanes + (lanes > 1 ? 1 : 0)),
-                           fmt::format("simplifying segments of up to {} faces", faces));
-  }
-
   void sweep_to_base() {
+    const auto start = std::chrono::steady_clock::now();
     std::unique_ptr<DomainLevel> level = std::move(ingested_.level);
     PositionSample sample = std::move(ingested_.sample);
     std::optional<TopologyCounter> topology;
@@ -151,7 +207,7 @@ class Parameterizer {
         output.tiles = &tiles;
         output.topology = &*topology;
       }
-      const Reservation lanes = reserve_lanes(*level);
+      const Reservation lanes = reserve_lanes(*level, plan_, budget_);
       const simplify::SweepCounts counts = run_sweep(*level, options, output);
       log.seal();
       record(number, counts);
@@ -163,12 +219,13 @@ class Parameterizer {
       level = std::move(next);
       sample = std::move(next_sample);
     }
+    report_.seconds_sweeps = seconds_since(start);
   }
 
   void record(unsigned level, const simplify::SweepCounts& counts) {
     manifest_.segments.push_back(counts.segments);
     report_.sweeps.push_back({counts.faces_in, counts.faces_out, counts.segments});
-    if (level == 0) report_.unreferenced_vertices = counts.unreferenced_vertices;
+    if (level == 0) report_.repairs.unreferenced_vertices = counts.unreferenced_vertices;
     if (counts.segments > 1 && double(counts.faces_out) > 0.97 * double(counts.faces_in)) {
       throw BudgetError(fmt::format(
           "with segments of {} faces the sweeps cannot simplify further: {} faces are left. A "
@@ -198,7 +255,9 @@ class Parameterizer {
     }
     add_base_vertices(file);
     manifest_.map_checksum =
-        file.write(job_.bundle / kMapName, ingested_.vertices - report_.unreferenced_vertices);
+        file.write(job_.bundle / kMapName, ingested_.vertices + manifest_.copied_vertices -
+                                               ingested_.nonfinite_vertices -
+                                               report_.repairs.unreferenced_vertices);
   }
 
   void add_base_vertices(MapFileWriter& file) const {
@@ -233,6 +292,7 @@ class Parameterizer {
   Ingested ingested_;
   Manifest manifest_;
   BaseMesh base_;
+  bool repaired_ = false;
 };
 
 }  // namespace

@@ -15,6 +15,8 @@ struct ParameterizeJob {
   std::filesystem::path temp_dir;  ///< an empty directory for everything else
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
+  bool strict = false;              ///< refuse what would need repair
+  std::uint64_t min_component = 0;  ///< faces; smaller components are dropped
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
 };
 

@@ -115,8 +115,15 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
         expect_output({guess_vertices(options.input), static_cast<std::uint64_t>(vertices),
                        options.fit, options.measure, options.samples}));
   }
-  ParameterizeJob job{options.input,         bundle_path, temp.path(),
-                      options.base_vertices, threads,     has_bundle};
+  ParameterizeJob job;
+  job.input = options.input;
+  job.bundle = bundle_path;
+  job.temp_dir = temp.path();
+  job.base_vertices = options.base_vertices;
+  job.threads = threads;
+  job.strict = options.strict;
+  job.min_component = options.min_component;
+  job.write_map = has_bundle;
   parameterize(job, plan, budget, progress, report);
   if (has_output) {
     const Bundle bundle(bundle_path);
@@ -150,8 +157,11 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
   const Manifest& manifest = bundle.manifest();
   report.input_path = manifest.input_name;
   report.input_vertices = manifest.input_vertices;
-  report.input_faces = manifest.topology.faces;
-  report.unreferenced_vertices = manifest.input_vertices - manifest.topology.vertices;
+  report.input_faces = manifest.input_faces;
+  report.repairs.nonfinite_vertices = manifest.absent_vertices;
+  report.repairs.split_vertices = manifest.copied_vertices;
+  report.repairs.unreferenced_vertices = manifest.input_vertices + manifest.copied_vertices -
+                                         manifest.absent_vertices - manifest.topology.vertices;
   report.bbox_diagonal = manifest.diagonal;
   report.components = manifest.topology.components;
   report.boundary_loops = manifest.topology.boundary_loops;

@@ -21,6 +21,8 @@ struct RemeshOptions {
   std::uint64_t domain_buffer =
       0;  ///< faces in memory at a time (the paper's Maxf); 0: from memory_bytes
   std::uint64_t map_buffer = 0;       ///< points in memory at a time (Maxv); 0: from memory_bytes
+  bool strict = false;                ///< refuse what would need repair
+  std::uint64_t min_component = 0;    ///< faces; smaller components are dropped
   bool measure = true;                ///< measure the two-sided error of the output
   bool fit = false;                   ///< least-squares fit of the output's vertices to the input
   std::uint64_t samples = 1'000'000;  ///< of the error, each way

@@ -14,7 +14,17 @@ std::string to_json(const Report& r) {
                    {"components", r.components},
                    {"boundary_loops", r.boundary_loops},
                    {"euler_characteristic", r.euler_characteristic}};
-  json["repairs"] = {{"unreferenced_vertices", r.unreferenced_vertices}};
+  json["repairs"] = {{"unreferenced_vertices", r.repairs.unreferenced_vertices},
+                     {"nonfinite_vertices", r.repairs.nonfinite_vertices},
+                     {"nonfinite_faces", r.repairs.nonfinite_faces},
+                     {"degenerate_faces", r.repairs.degenerate_faces},
+                     {"duplicate_faces", r.repairs.duplicate_faces},
+                     {"flipped_faces", r.repairs.flipped_faces},
+                     {"nonmanifold_edges", r.repairs.nonmanifold_edges},
+                     {"nonmanifold_vertices", r.repairs.nonmanifold_vertices},
+                     {"split_vertices", r.repairs.split_vertices},
+                     {"dropped_components", r.repairs.dropped_components},
+                     {"dropped_component_faces", r.repairs.dropped_component_faces}};
   json["base"] = {{"vertices", r.base_vertices},
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};

@@ -9,6 +9,19 @@
 
 namespace remaps::pipeline {
 
+/// What of the input could not be taken as it is.
+struct Repairs {
+  std::uint64_t unreferenced_vertices = 0;  ///< have no face, or none that is left
+  std::uint64_t nonfinite_vertices = 0, nonfinite_faces = 0;  ///< dropped, with their faces
+  std::uint64_t degenerate_faces = 0;                         ///< dropped: a vertex twice
+  std::uint64_t duplicate_faces = 0;                          ///< dropped
+  std::uint64_t flipped_faces = 0;         ///< turned to agree with their neighbours
+  std::uint64_t nonmanifold_edges = 0;     ///< of more than two faces: cut
+  std::uint64_t nonmanifold_vertices = 0;  ///< of several fans: split
+  std::uint64_t split_vertices = 0;        ///< copies made where edges were cut or vertices split
+  std::uint64_t dropped_components = 0, dropped_component_faces = 0;  ///< too small
+};
+
 /// What a run did, as --report writes it. The keys of the JSON are part of the contract; see
 /// docs/formats/report.md.
 struct Report {
@@ -30,8 +43,7 @@ struct Report {
   double bbox_diagonal = 0;
   std::uint64_t components = 0, boundary_loops = 0;
   std::int64_t euler_characteristic = 0;
-  std::uint64_t unreferenced_vertices =
-      0;  ///< repairs.unreferenced_vertices: vertices without a face
+  Repairs repairs;
 
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;

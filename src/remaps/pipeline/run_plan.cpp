@@ -16,6 +16,8 @@ constexpr std::uint64_t kBinaryBytes = 38, kTextBytes = 85;
 // Nanoseconds of one thread, from the seconds in the reports of generated scans of 1.4 and 14 M
 // vertices. What counts are the proportions.
 constexpr double kIngest = 285;          // a vertex
+constexpr double kRepair = 2000;         // a vertex
+constexpr double kCount = 400;           // a vertex
 constexpr double kSweep = 3400;          // a vertex of the level
 constexpr double kLastSweep = 2600;      // a vertex of the level
 constexpr double kMapLevel = 370;        // an input vertex and level
@@ -42,6 +44,14 @@ std::uint64_t guess_vertices(const std::filesystem::path& path) {
 
 PlannedPhase expect_ingest(std::uint64_t vertices) {
   return {"ingest", kIngest * double(vertices)};
+}
+
+PlannedPhase expect_repair(std::uint64_t vertices) {
+  return {"repair", kRepair * double(vertices)};
+}
+
+PlannedPhase expect_count(std::uint64_t vertices) {
+  return {"count", kCount * double(vertices)};
 }
 
 std::vector<PlannedPhase> expect_sweeps(std::uint64_t vertices, std::uint64_t input_vertices,

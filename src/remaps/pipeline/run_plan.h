@@ -17,6 +17,8 @@ namespace remaps::pipeline {
 std::uint64_t guess_vertices(const std::filesystem::path& path);
 
 PlannedPhase expect_ingest(std::uint64_t vertices);
+PlannedPhase expect_repair(std::uint64_t vertices);
+PlannedPhase expect_count(std::uint64_t vertices);
 
 /// "sweep N" of this level and those after it, "last sweep", "map".
 /// @param vertices        of this level

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <span>
@@ -33,17 +34,22 @@ class VertexSpool {
   VertexSpool& operator=(const VertexSpool&) = delete;
 
   /// Reads all positions of `reader`. May be called once. Also samples them, and finds their box.
+  /// @throws InputError  more than 2^20 of them are not finite
   void fill(IndexedMeshReader& reader, PositionSample* sample,
             const std::function<void(double)>& progress);
 
   std::uint64_t vertices() const { return vertices_; }
   const Vec3& origin() const { return origin_; }
+  /// Of the finite positions.
   const Box3& box() const { return box_; }
+  /// Vertices with a coordinate that is not finite, ascending: they count as not there.
+  const std::vector<VertexId>& nonfinite() const { return nonfinite_; }
   /// Reads positions first ... first + out.size() - 1.
   void read(std::uint64_t first, std::span<Vec3f> out) const;
 
  private:
   void choose_origin(std::span<const Vec3> positions, bool is_float);
+  void note_nonfinite(VertexId vertex);
   void flush();
 
   std::filesystem::path path_;
@@ -53,9 +59,14 @@ class VertexSpool {
   store::DiskShare disk_;
   Vec3 origin_;
   Box3 box_;
+  std::vector<VertexId> nonfinite_;
   std::uint64_t vertices_ = 0;
   std::vector<Vec3f> waiting_;
 };
+
+inline bool is_finite(const Vec3f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
 
 /// Positions and segments of vertices by number, through a cache of blocks of the spool: a coherent
 /// input finds nearly everything there. With memory for all blocks it is a plain table.

@@ -64,10 +64,8 @@ struct SegmentResult {
     default:
       what = fmt::format("the faces at vertex {} form more than one fan", a);
   }
-  throw GeometryError(
-      fmt::format("{}: not a manifold surface: {} (vertices count from 0). Repair the mesh first, "
-                  "for instance with MeshLab's \"Repair non manifold\" filters.",
-                  input, what));
+  throw NotManifold(
+      fmt::format("{}: not a manifold surface: {} (vertices count from 0)", input, what));
 }
 
 Tile make_tile(const Segment& s) {

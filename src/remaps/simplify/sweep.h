@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "remaps/base/errors.h"
 #include "remaps/base/progress.h"
 #include "remaps/mesh/base_mesh.h"
 #include "remaps/mesh/domain_level.h"
@@ -12,6 +13,12 @@
 #include "remaps/store/section_file.h"
 
 namespace remaps::simplify {
+
+/// The surface is no manifold.
+class NotManifold : public GeometryError {
+ public:
+  using GeometryError::GeometryError;
+};
 
 struct SweepOptions {
   double keep =
@@ -49,7 +56,7 @@ struct SweepCounts {
 /// are committed in order of segments, so the bytes written do not depend on the number of threads.
 /// A level of one segment is the last: it goes to the base.
 ///
-/// @throws GeometryError  level 0: the surface is no manifold; names the first offending elements
+/// @throws NotManifold  level 0: names the first offending elements
 /// Source: [AGL06] section 3; differs: segments are cut by place, the log replaces the map file of
 /// every level.
 SweepCounts run_sweep(DomainLevel& level, const SweepOptions& options, const SweepOutput& output);
