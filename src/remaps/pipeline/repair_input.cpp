@@ -15,35 +15,59 @@ Reservation reserve_lanes(const DomainLevel& level, const MemoryPlan& plan, Memo
                         fmt::format("working on segments of up to {} faces", faces));
 }
 
+namespace {
+
+/// Puts a repaired level in the place of the ingested one.
+/// @param sound  leave it as it is if nothing is wrong with it
+repair::Findings repair_once(Ingested& ingested, repair::RepairOptions options, bool sound,
+                             const MemoryPlan& plan, MemoryBudget& budget, Repairs& repairs) {
+  DomainLevel& level = *ingested.level;
+  std::filesystem::create_directory(options.temp_dir);
+  const Reservation lanes = reserve_lanes(level, plan, budget);
+  repair::LevelRepair repair(level, options, budget);
+  const repair::Findings found = repair.inspect();
+  if (!found.one_sided.empty() || (sound && !found.defects.any())) return found;
+  auto repaired =
+      std::make_unique<DomainLevel>(0, level.cut(), options.temp_dir, plan.bucket_bytes, budget);
+  const repair::RepairCounts counts =
+      repair.rewrite(*repaired, ingested.vertices + ingested.copied_vertices);
+  ingested.level = std::move(repaired);
+  ingested.copied_vertices += counts.split_vertices;
+  repairs.nonmanifold_vertices += found.defects.nonmanifold_vertices;
+  repairs.duplicate_faces += counts.dropped_duplicates;
+  repairs.flipped_faces += counts.flipped_faces;
+  repairs.split_vertices += counts.split_vertices;
+  repairs.dropped_components += counts.dropped_components;
+  repairs.dropped_component_faces += counts.dropped_component_faces;
+  return found;
+}
+
+}  // namespace
+
 repair::Findings repair_input(Ingested& ingested, std::uint64_t min_component,
                               const MemoryPlan& plan, const std::filesystem::path& temp_dir,
                               MemoryBudget& budget, Progress& progress, Repairs& repairs) {
   progress.begin("repair");
-  DomainLevel& level = *ingested.level;
-  const std::filesystem::path directory = temp_dir / "repaired";
-  std::filesystem::create_directory(directory);
   repair::RepairOptions options;
   options.min_component = min_component;
   options.threads = plan.sweep_threads;
   options.buffer_bytes = plan.bucket_bytes / 4;
-  options.temp_dir = temp_dir;
+  options.temp_dir = temp_dir / "repair-1";
   options.progress = &progress;
-  const Reservation lanes = reserve_lanes(level, plan, budget);
-  repair::LevelRepair repair(level, options, budget);
-  repair::Findings found = repair.inspect();
+  repair::Findings found;
+  {
+    const ProgressPart part(&progress, 0, 0.7);
+    found = repair_once(ingested, options, false, plan, budget, repairs);
+  }
   repairs.nonmanifold_edges = found.defects.nonmanifold_edges;
-  repairs.nonmanifold_vertices = found.defects.nonmanifold_vertices;
-  if (!found.one_sided.empty()) return found;
-
-  auto sound = std::make_unique<DomainLevel>(0, level.cut(), directory, plan.bucket_bytes, budget);
-  const repair::RepairCounts counts = repair.rewrite(*sound, ingested.vertices);
-  ingested.level = std::move(sound);
-  ingested.copied_vertices = counts.split_vertices;
-  repairs.duplicate_faces = counts.dropped_duplicates;
-  repairs.flipped_faces = counts.flipped_faces;
-  repairs.split_vertices = counts.split_vertices;
-  repairs.dropped_components = counts.dropped_components;
-  repairs.dropped_component_faces = counts.dropped_component_faces;
+  if (found.defects.nonmanifold_edges == 0) return found;
+  // Pairs of faces may still share an edge at both of its ends; and faces that were paired where
+  // orientations were wrong may make a surface that cannot be oriented, so that nothing was done.
+  options.rule = repair::EdgeRule::kCut;
+  options.temp_dir = temp_dir / "repair-2";
+  const ProgressPart part(&progress, 0.7, 1);
+  found.one_sided =
+      repair_once(ingested, options, found.one_sided.empty(), plan, budget, repairs).one_sided;
   return found;
 }
 

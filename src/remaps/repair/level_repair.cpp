@@ -20,9 +20,9 @@ struct LevelRepair::Lane {
   std::vector<std::uint8_t> shared;             // (components)
   std::vector<std::array<VertexId, 3>> corner;  // (faces) ids after the repair
 
-  void load(DomainLevel& level, std::size_t i, DomainLevel::After after) {
+  void load(DomainLevel& level, std::size_t i, DomainLevel::After after, EdgeRule rule) {
     level.load(i, index, segment, origin, after);
-    analysis.run(segment);
+    analysis.run(segment, rule);
     weigh_components();
   }
 
@@ -101,7 +101,7 @@ Findings LevelRepair::inspect() {
 }
 
 std::shared_ptr<LevelRepair::Inspected> LevelRepair::inspect_segment(std::size_t i, Lane& lane) {
-  lane.load(level_, i, DomainLevel::After::kKeep);
+  lane.load(level_, i, DomainLevel::After::kKeep, options_.rule);
   const Segment& s = lane.segment;
   const SegmentAnalysis& found = lane.analysis;
   auto result = std::make_shared<Inspected>();
@@ -214,7 +214,7 @@ void LevelRepair::apply_notes(std::size_t i, Lane& lane, VertexId first_copy) {
 
 std::shared_ptr<LevelRepair::Rewritten> LevelRepair::rewrite_segment(std::size_t i, Lane& lane,
                                                                      VertexId first_copy) {
-  lane.load(level_, i, DomainLevel::After::kFree);
+  lane.load(level_, i, DomainLevel::After::kFree, options_.rule);
   const Segment& s = lane.segment;
   const SegmentAnalysis& found = lane.analysis;
   auto result = std::make_shared<Rewritten>();

@@ -17,6 +17,7 @@
 namespace remaps::repair {
 
 struct RepairOptions {
+  EdgeRule rule = EdgeRule::kPair;
   std::uint64_t min_component = 0;  ///< faces; smaller components are dropped
   unsigned threads = 1;
   std::uint64_t buffer_bytes = 0;  ///< for what segments tell each other

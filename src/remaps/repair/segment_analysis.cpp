@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <tuple>
 
 namespace remaps::repair {
@@ -29,8 +30,9 @@ void DefectPlaces::add(const DefectPlaces& other) {
   add_some(nonmanifold_vertices, other.nonmanifold_vertices);
 }
 
-void SegmentAnalysis::run(const Segment& segment) {
+void SegmentAnalysis::run(const Segment& segment, EdgeRule rule) {
   segment_ = &segment;
+  rule_ = rule;
   defects_ = {};
   places_ = {};
   one_sided_.reset();
@@ -114,9 +116,12 @@ void SegmentAnalysis::join_faces() {
         ++defects_.misoriented_edges;
         add_one(places_.misoriented_edges, ends(edge));
       }
-    } else if (end - i > 2 && lower_own) {
-      ++defects_.nonmanifold_edges;
-      add_one(places_.nonmanifold_edges, ends(edge));
+    } else if (end - i > 2) {
+      if (rule_ == EdgeRule::kPair) join_pairs({half_edge_.data() + i, end - i});
+      if (lower_own) {
+        ++defects_.nonmanifold_edges;
+        add_one(places_.nonmanifold_edges, ends(edge));
+      }
     }
     i = end;
   }
@@ -135,6 +140,53 @@ void SegmentAnalysis::join_across(const HalfEdge& a, const HalfEdge& b) {
   for (const LocalIndex vertex : {a.low, a.high}) {
     if (vertex < segment_->own_vertices)
       corners_.unite(corner_at(a, vertex), corner_at(b, vertex), false);
+  }
+}
+
+/// Joins the faces of an edge in pairs that bound a wedge of the inside: seen along the edge from
+/// its end of lower number, the inside lies behind a face that runs down and before one that runs
+/// up, counter-clockwise. Positions and numbers decide, which are the same in all segments.
+void SegmentAnalysis::join_pairs(std::span<const HalfEdge> edges) {
+  const Segment& s = *segment_;
+  const HalfEdge& edge = edges.front();
+  const bool low_first = s.vertex_id[edge.low] < s.vertex_id[edge.high];
+  const Vec3 from = widen(s.position[low_first ? edge.low : edge.high]);
+  const Vec3 axis = widen(s.position[low_first ? edge.high : edge.low]) - from;
+  struct Sheet {
+    double angle;
+    FaceId face;
+    const HalfEdge* edge;
+  };
+  std::vector<Sheet> sheets;
+  for (const HalfEdge& e : edges) sheets.push_back({0, s.face_id[face_of(e.corner)], &e});
+  std::sort(sheets.begin(), sheets.end(),
+            [](const Sheet& a, const Sheet& b) { return a.face < b.face; });
+  const auto out_of_edge = [&](const HalfEdge& e) {
+    const Vec3 p = widen(s.position[s.triangle[face_of(e.corner)][slot_of(e.corner)]]);
+    return cross(axis, p - from);
+  };
+  const Vec3 first = out_of_edge(*sheets.front().edge);
+  for (Sheet& sheet : sheets) {
+    const Vec3 other = out_of_edge(*sheet.edge);
+    sheet.angle = std::atan2(dot(axis, cross(first, other)), norm(axis) * dot(first, other));
+  }
+  std::sort(sheets.begin(), sheets.end(), [](const Sheet& a, const Sheet& b) {
+    return std::tie(a.angle, a.face) < std::tie(b.angle, b.face);
+  });
+  // As brackets around the edge: one that opens is matched by the next that closes.
+  std::vector<const HalfEdge*> open;
+  for (std::size_t i = 0; i < 2 * sheets.size(); ++i) {
+    const Sheet& sheet = sheets[i % sheets.size()];
+    if (sheet.edge == nullptr) continue;
+    const bool up = sheet.edge->upward == low_first;
+    if (!up) {
+      if (i < sheets.size()) open.push_back(sheet.edge);
+      continue;
+    }
+    if (open.empty()) continue;
+    join_across(*open.back(), *sheet.edge);
+    open.pop_back();
+    sheets[i % sheets.size()].edge = nullptr;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -46,17 +47,22 @@ struct DefectPlaces {
 /// vertex follow from the faces there, so that all segments that see them decide alike.
 ///
 /// * Of faces with the same three corners the one of the lowest number stays.
-/// * An edge joins its faces when they are two, whatever way they run; more are cut apart.
+/// * An edge joins its faces when they are two, whatever way they run. Of more, those are joined
+/// that
+///   bound the same wedge of the inside, or none (EdgeRule).
 /// * A vertex goes to each fan of faces so joined: the largest fan keeps it, others get copies.
 /// * Faces are turned to agree across the edges that join them.
 ///
-/// Copies make edges of one or two faces that agree: around a vertex a fan ends where it meets an
-/// edge that is cut, so that it has at most two faces there, its first and its last.
+/// With kCut, copies make edges of one or two faces that agree: around a vertex a fan ends where it
+/// meets an edge that is cut, so that it has at most two faces there, its first and its last. With
+/// kPair two pairs may stay together at both ends of their edge; kCut then parts them.
+enum class EdgeRule { kPair, kCut };
+
 class SegmentAnalysis {
  public:
   /// The segment must outlive the use of what was found; its vertices must be distinct in each
   /// face. Cost: sorts the half-edges. Memory: some 100 B a face.
-  void run(const Segment& segment);
+  void run(const Segment& segment, EdgeRule rule);
 
   const Defects& defects() const { return defects_; }
   const DefectPlaces& places() const { return places_; }
@@ -93,6 +99,7 @@ class SegmentAnalysis {
   void list_half_edges();
   void join_faces();
   void join_across(const HalfEdge& a, const HalfEdge& b);
+  void join_pairs(std::span<const HalfEdge> edges);
   void number_components();
   void find_fans();
   void split(LocalIndex vertex);
@@ -100,6 +107,7 @@ class SegmentAnalysis {
   std::pair<VertexId, VertexId> ends(const HalfEdge& edge) const;
 
   const Segment* segment_ = nullptr;
+  EdgeRule rule_ = EdgeRule::kCut;
   Defects defects_;
   DefectPlaces places_;
   std::vector<std::uint8_t> dropped_;
