@@ -13,20 +13,26 @@ namespace {
 // Bytes of a vertex and its two faces.
 constexpr std::uint64_t kBinaryBytes = 38, kTextBytes = 85;
 
-// Nanoseconds of one thread, from the seconds in the reports of generated scans of 1.4 and 14 M
-// vertices. What counts are the proportions.
-constexpr double kIngest = 285;          // a vertex
+// Nanoseconds of one thread, from the seconds in the reports of a generated scan of 14 M vertices
+// and of Earth at 0.6 and 9 M (docs/design/profile.md). What counts are the proportions.
+constexpr double kIngest = 130;          // a vertex
 constexpr double kRepair = 2000;         // a vertex
 constexpr double kCount = 400;           // a vertex
-constexpr double kSweep = 3400;          // a vertex of the level
-constexpr double kLastSweep = 2600;      // a vertex of the level
-constexpr double kMapLevel = 370;        // an input vertex and level
-constexpr double kLogs = 150;            // an input vertex: records and tiles are read once
-constexpr double kResample = 950;        // a vertex of the output
+constexpr double kSweep = 1300;          // a vertex of the level
+constexpr double kLastSweep = 12'400;    // a vertex of the level
+constexpr double kMapStep = 24;          // a step of an input vertex through the logs
+constexpr double kLogs = 125;            // an input vertex: records and tiles are read once
+constexpr double kResample = 1000;       // a vertex of the output
 constexpr double kFit = 40'000;          // a vertex of the output
-constexpr double kMeasureInput = 350;    // an input vertex
-constexpr double kMeasureOutput = 5000;  // a vertex of the output
-constexpr double kSample = 4000;         // a sample
+constexpr double kMeasureInput = 175;    // an input vertex
+constexpr double kMeasureOutput = 1500;  // a vertex of the output
+constexpr double kSample = 500;          // a sample
+
+/// Steps through the logs that a vertex takes from a mesh of `vertices` to one of `left`: each
+/// removal touches about six faces of twice as many as there are vertices.
+double steps(std::uint64_t vertices, std::uint64_t left) {
+  return 3 * std::log(std::max(2.0, double(vertices) / double(std::max<std::uint64_t>(left, 4))));
+}
 
 /// Vertices at the borders of segments of so many faces, as a fraction of all: they stay.
 double locked_fraction(std::uint64_t segment_faces) {
@@ -66,7 +72,7 @@ std::vector<PlannedPhase> expect_sweeps(std::uint64_t vertices, std::uint64_t in
     vertices = static_cast<std::uint64_t>(kept * double(vertices));
   }
   phases.push_back({"last sweep", kLastSweep * double(vertices)});
-  phases.push_back({"map", kMapLevel * double(levels + 1) * double(input_vertices)});
+  phases.push_back({"map", kMapStep * steps(input_vertices, 200) * double(input_vertices)});
   return phases;
 }
 
