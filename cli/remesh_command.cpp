@@ -107,6 +107,8 @@ void add_repair_options(CLI::App& verb, pipeline::RemeshOptions& o) {
   add_count(verb, "--min-component", o.min_component, 0,
             "Drop components of fewer faces; 0: keep all")
       ->type_name("FACES");
+  add_count(verb, "--fill-holes", o.fill_holes, 0, "Fill holes of at most so many edges; 0: none")
+      ->type_name("EDGES");
 }
 
 void add_buffer_options(CLI::App& verb, pipeline::RemeshOptions& o) {

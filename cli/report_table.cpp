@@ -45,6 +45,7 @@ std::string repair_text(const pipeline::Repairs& r) {
   add(r.flipped_faces, "face", "turned");
   add(r.nonmanifold_edges, "edge", "of more than two faces cut");
   add(r.nonmanifold_vertices, "vertex", "with several fans split");
+  add(r.filled_holes, "hole", "filled");
   return text;
 }
 

@@ -219,7 +219,7 @@ def read_bundle(path, wanted):
         face_ids += face_id
     for what, ids, count, end in (
             ("vertices", own_ids, given["vertices"] + copies - given["absent_vertices"], given["vertices"] + copies),
-            ("faces", face_ids, given["faces"], given["file_faces"])):
+            ("faces", face_ids, given["faces"], given["file_faces"] + given["filled_faces"])):
         expect(len(ids) == len(set(ids)) == count and max(ids) < end, f"tiles: {what} are missing or doubled")
     print(f"tiles     {len(tiles)}: every vertex and face that repair left once, and {copies} copied vertices")
 

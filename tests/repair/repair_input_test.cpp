@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -175,6 +176,39 @@ TEST_F(RepairInput, PartsBallsThatTouchAtVerticesAndEdges) {
   EXPECT_EQ(report.components, 2u);
   EXPECT_EQ(report.euler_characteristic, 4);
   EXPECT_EQ(report.boundary_loops, 0u);
+}
+
+TEST_F(RepairInput, FillsHolesOfUpToSoManyEdges) {
+  MeshLists mesh = ball();
+  // Holes of three edges, some rings of five to seven, and one of a face and all its neighbours.
+  std::vector<Triangle> kept;
+  const std::set<VertexId> centres{17, 1500, 3001};
+  const Triangle wide = mesh.triangle[9000];
+  std::size_t large = 0;
+  for (std::size_t f = 0; f < mesh.triangle.size(); ++f) {
+    const Triangle& t = mesh.triangle[f];
+    const auto has = [&](const auto& list) {
+      return std::any_of(t.begin(), t.end(), [&](VertexId v) {
+        return std::find(list.begin(), list.end(), v) != list.end();
+      });
+    };
+    large += has(wide);
+    if (f == 4000 || f == 7777 || has(centres) || has(wide)) continue;
+    kept.push_back(t);
+  }
+  mesh.triangle = kept;
+  RemeshOptions o = options(mesh);
+  o.fill_holes = 8;
+  const Report some = run_all(o);
+  EXPECT_EQ(some.repairs.filled_holes, 5u);
+  EXPECT_EQ(some.boundary_loops, 1u);
+  EXPECT_GT(large, 9u);
+  o.fill_holes = 1000;
+  const Report all = run_all(o);
+  EXPECT_EQ(all.repairs.filled_holes, 6u);
+  EXPECT_EQ(all.boundary_loops, 0u);
+  EXPECT_EQ(all.euler_characteristic, 2);
+  EXPECT_EQ(all.input_faces, mesh.triangle.size());
 }
 
 TEST_F(RepairInput, DropsDegenerateFacesAndVerticesThatAreNotFinite) {

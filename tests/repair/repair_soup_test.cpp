@@ -101,8 +101,8 @@ class RepairSoup : public test::TempFiles {
     plan.sweep_threads = threads;
     Progress progress;
     Result result;
-    result.one_sided =
-        !repair_input(ingested, 0, plan, work, budget_, progress, result.repairs).one_sided.empty();
+    result.one_sided = !repair_input(ingested, {}, plan, work, budget_, progress, result.repairs)
+                            .one_sided.empty();
     collect(*ingested.level, result);
     return result;
   }

@@ -57,6 +57,7 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     m.input_faces = input.at("file_faces");
     m.absent_vertices = input.at("absent_vertices");
     m.copied_vertices = input.at("copied_vertices");
+    m.filled_faces = input.at("filled_faces");
     m.topology.vertices = input.at("referenced_vertices");
     m.topology.faces = input.at("faces");
     m.topology.boundary_edges = input.at("boundary_edges");
@@ -141,6 +142,7 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
                    {"file_faces", m.input_faces},
                    {"absent_vertices", m.absent_vertices},
                    {"copied_vertices", m.copied_vertices},
+                   {"filled_faces", m.filled_faces},
                    {"referenced_vertices", m.topology.vertices},
                    {"faces", m.topology.faces},
                    {"boundary_edges", m.topology.boundary_edges},

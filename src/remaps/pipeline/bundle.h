@@ -20,6 +20,7 @@ struct Manifest {
   std::uint64_t input_vertices = 0;  ///< all, those without a face included
   std::uint64_t input_faces = 0;  ///< all triangles of the file, those that were left out included
   std::uint64_t absent_vertices = 0;  ///< of the input: not finite, and so in no tile
+  std::uint64_t filled_faces = 0;     ///< made by repair; numbered from input_faces on
   std::uint64_t copied_vertices = 0;  ///< made by repair; numbered from input_vertices on
   Topology topology;                  ///< of the repaired input, counted on that
   Vec3 origin;                        ///< added to stored positions

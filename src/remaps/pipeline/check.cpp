@@ -68,7 +68,7 @@ MeshCheck check_mesh(const CheckOptions& options, Progress& progress) {
   result.repairs.nonfinite_faces = ingested.nonfinite_faces;
   result.repairs.degenerate_faces = ingested.degenerate_faces;
   const repair::Findings found =
-      repair_input(ingested, 0, plan, temp.path(), budget, progress, result.repairs);
+      repair_input(ingested, {}, plan, temp.path(), budget, progress, result.repairs);
   result.defects = found.defects;
   result.places = found.places;
   result.one_sided = found.one_sided;

@@ -23,6 +23,7 @@ struct Ingested {
   FaceId first_degenerate = 0;
   VertexId twice = 0;                 ///< the vertex of that face
   std::uint64_t copied_vertices = 0;  ///< that repair added, numbered from `vertices` on
+  std::uint64_t filled_faces = 0;     ///< that fill holes, numbered from `faces` on
   Vec3 origin;
   double diagonal = 0;
   std::unique_ptr<DomainLevel> level;

@@ -164,7 +164,7 @@ void Locator::find_faces(const std::vector<InputPoint>& points, map::PointBucket
                          std::vector<Location>& found) {
   std::vector<std::pair<FaceId, std::size_t>> wanted;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].face >= manifest_.input_faces) {
+    if (points[i].face >= manifest_.input_faces + manifest_.filled_faces) {
       throw InputError(fmt::format("there is no input face {}; the input has {}", points[i].face,
                                    manifest_.input_faces));
     }
@@ -202,7 +202,8 @@ void Locator::find_faces(const std::vector<InputPoint>& points, map::PointBucket
       progress_.advance(double(tile_number + 1) / double(tiles.sections()));
     };
   });
-  if (left.load() != 0 && manifest_.topology.faces < manifest_.input_faces) {
+  if (left.load() != 0 &&
+      manifest_.topology.faces < manifest_.input_faces + manifest_.filled_faces) {
     throw GeometryError("some of the faces asked for were left out by repair");
   }
   if (left.load() != 0) {

@@ -56,7 +56,7 @@ class Parameterizer {
     }
     plan_phases(guess_vertices(job_.input));
     read_input();
-    if (job_.min_component > 1) repair_input();
+    if (job_.repair.any()) repair_input();
     try {
       sweep_to_base();
     } catch (const simplify::NotManifold& defect) {
@@ -129,7 +129,7 @@ class Parameterizer {
     const auto start = std::chrono::steady_clock::now();
     repaired_ = true;
     const repair::Findings found = pipeline::repair_input(
-        ingested_, job_.min_component, plan_, job_.temp_dir, budget_, progress_, report_.repairs);
+        ingested_, job_.repair, plan_, job_.temp_dir, budget_, progress_, report_.repairs);
     if (!found.one_sided.empty()) {
       throw GeometryError(fmt::format(
           "{}: the surface cannot be oriented: it has one side only, like a Moebius strip, which "
@@ -138,9 +138,10 @@ class Parameterizer {
     }
     if (ingested_.level->faces() == 0) {
       throw GeometryError(fmt::format("{}: no component has {} faces (--min-component)",
-                                      job_.input.string(), job_.min_component));
+                                      job_.input.string(), job_.repair.min_component));
     }
     manifest_.copied_vertices = ingested_.copied_vertices;
+    manifest_.filled_faces = ingested_.filled_faces;
     report_.seconds_ingest += seconds_since(start);
   }
 

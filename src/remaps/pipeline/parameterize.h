@@ -5,6 +5,7 @@
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
 #include "remaps/pipeline/memory_plan.h"
+#include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/report.h"
 
 namespace remaps::pipeline {
@@ -15,8 +16,8 @@ struct ParameterizeJob {
   std::filesystem::path temp_dir;  ///< an empty directory for everything else
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
-  bool strict = false;              ///< refuse what would need repair
-  std::uint64_t min_component = 0;  ///< faces; smaller components are dropped
+  bool strict = false;  ///< refuse what would need repair
+  RepairChoices repair;
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
 };
 

@@ -122,7 +122,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   job.base_vertices = options.base_vertices;
   job.threads = threads;
   job.strict = options.strict;
-  job.min_component = options.min_component;
+  job.repair = {options.min_component, options.fill_holes};
   job.write_map = has_bundle;
   parameterize(job, plan, budget, progress, report);
   if (has_output) {
@@ -160,6 +160,7 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
   report.input_faces = manifest.input_faces;
   report.repairs.nonfinite_vertices = manifest.absent_vertices;
   report.repairs.split_vertices = manifest.copied_vertices;
+  report.repairs.filled_faces = manifest.filled_faces;
   report.repairs.unreferenced_vertices = manifest.input_vertices + manifest.copied_vertices -
                                          manifest.absent_vertices - manifest.topology.vertices;
   report.bbox_diagonal = manifest.diagonal;

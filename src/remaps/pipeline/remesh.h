@@ -23,6 +23,7 @@ struct RemeshOptions {
   std::uint64_t map_buffer = 0;       ///< points in memory at a time (Maxv); 0: from memory_bytes
   bool strict = false;                ///< refuse what would need repair
   std::uint64_t min_component = 0;    ///< faces; smaller components are dropped
+  std::uint64_t fill_holes = 0;       ///< edges; holes of at most so many are filled
   bool measure = true;                ///< measure the two-sided error of the output
   bool fit = false;                   ///< least-squares fit of the output's vertices to the input
   std::uint64_t samples = 1'000'000;  ///< of the error, each way

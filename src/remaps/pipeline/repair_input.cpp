@@ -6,6 +6,8 @@
 #include <memory>
 #include <utility>
 
+#include "remaps/repair/hole_filler.h"
+
 namespace remaps::pipeline {
 
 Reservation reserve_lanes(const DomainLevel& level, const MemoryPlan& plan, MemoryBudget& budget) {
@@ -42,21 +44,13 @@ repair::Findings repair_once(Ingested& ingested, repair::RepairOptions options, 
   return found;
 }
 
-}  // namespace
-
-repair::Findings repair_input(Ingested& ingested, std::uint64_t min_component,
-                              const MemoryPlan& plan, const std::filesystem::path& temp_dir,
-                              MemoryBudget& budget, Progress& progress, Repairs& repairs) {
-  progress.begin("repair");
-  repair::RepairOptions options;
-  options.min_component = min_component;
-  options.threads = plan.sweep_threads;
-  options.buffer_bytes = plan.bucket_bytes / 4;
+repair::Findings make_manifold(Ingested& ingested, repair::RepairOptions options,
+                               const MemoryPlan& plan, const std::filesystem::path& temp_dir,
+                               MemoryBudget& budget, Repairs& repairs) {
   options.temp_dir = temp_dir / "repair-1";
-  options.progress = &progress;
   repair::Findings found;
   {
-    const ProgressPart part(&progress, 0, 0.7);
+    const ProgressPart part(options.progress, 0, 0.7);
     found = repair_once(ingested, options, false, plan, budget, repairs);
   }
   repairs.nonmanifold_edges = found.defects.nonmanifold_edges;
@@ -65,9 +59,45 @@ repair::Findings repair_input(Ingested& ingested, std::uint64_t min_component,
   // orientations were wrong may make a surface that cannot be oriented, so that nothing was done.
   options.rule = repair::EdgeRule::kCut;
   options.temp_dir = temp_dir / "repair-2";
-  const ProgressPart part(&progress, 0.7, 1);
+  const ProgressPart part(options.progress, 0.7, 1);
   found.one_sided =
       repair_once(ingested, options, found.one_sided.empty(), plan, budget, repairs).one_sided;
+  return found;
+}
+
+void fill(Ingested& ingested, std::uint64_t most_edges, const MemoryPlan& plan,
+          MemoryBudget& budget, Progress& progress, Repairs& repairs) {
+  const Reservation lanes = reserve_lanes(*ingested.level, plan, budget);
+  const repair::FillCounts counts =
+      repair::fill_holes(*ingested.level, {most_edges, plan.sweep_threads, &progress},
+                         ingested.faces, ingested.vertices + ingested.copied_vertices, budget);
+  ingested.filled_faces = counts.faces;
+  ingested.copied_vertices += counts.vertices;
+  repairs.filled_holes = counts.holes;
+  repairs.filled_faces = counts.faces;
+}
+
+}  // namespace
+
+repair::Findings repair_input(Ingested& ingested, const RepairChoices& choices,
+                              const MemoryPlan& plan, const std::filesystem::path& temp_dir,
+                              MemoryBudget& budget, Progress& progress, Repairs& repairs) {
+  progress.begin("repair");
+  repair::RepairOptions options;
+  options.min_component = choices.min_component;
+  options.threads = plan.sweep_threads;
+  options.buffer_bytes = plan.bucket_bytes / 4;
+  options.progress = &progress;
+  const double filling = choices.fill_holes > 0 ? 0.2 : 0.0;
+  repair::Findings found;
+  {
+    const ProgressPart part(&progress, 0, 1 - filling);
+    found = make_manifold(ingested, options, plan, temp_dir, budget, repairs);
+  }
+  if (found.one_sided.empty() && choices.fill_holes > 0) {
+    const ProgressPart part(&progress, 1 - filling, 1);
+    fill(ingested, choices.fill_holes, plan, budget, progress, repairs);
+  }
   return found;
 }
 

@@ -12,14 +12,21 @@
 
 namespace remaps::pipeline {
 
+/// What repair does beyond what it must.
+struct RepairChoices {
+  std::uint64_t min_component = 0;  ///< faces; smaller components are dropped
+  std::uint64_t fill_holes = 0;     ///< edges; holes of at most so many are filled
+
+  bool any() const { return min_component > 1 || fill_holes > 0; }
+};
+
 /// Memory for the segments of a level that are worked on beside each other.
 Reservation reserve_lanes(const DomainLevel& level, const MemoryPlan& plan, MemoryBudget& budget);
 
 /// Finds what keeps the ingested surface from being a manifold, and puts a repaired level in the
 /// place of the ingested one; one that cannot be oriented stays as it is. Phase "repair".
-/// @param min_component  faces; smaller components are dropped
-/// @param repairs        gets the counts
-repair::Findings repair_input(Ingested& ingested, std::uint64_t min_component,
+/// @param repairs  gets the counts
+repair::Findings repair_input(Ingested& ingested, const RepairChoices& choices,
                               const MemoryPlan& plan, const std::filesystem::path& temp_dir,
                               MemoryBudget& budget, Progress& progress, Repairs& repairs);
 

@@ -24,7 +24,9 @@ std::string to_json(const Report& r) {
                      {"nonmanifold_vertices", r.repairs.nonmanifold_vertices},
                      {"split_vertices", r.repairs.split_vertices},
                      {"dropped_components", r.repairs.dropped_components},
-                     {"dropped_component_faces", r.repairs.dropped_component_faces}};
+                     {"dropped_component_faces", r.repairs.dropped_component_faces},
+                     {"filled_holes", r.repairs.filled_holes},
+                     {"filled_faces", r.repairs.filled_faces}};
   json["base"] = {{"vertices", r.base_vertices},
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};

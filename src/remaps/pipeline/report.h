@@ -20,6 +20,7 @@ struct Repairs {
   std::uint64_t nonmanifold_vertices = 0;  ///< of several fans: split
   std::uint64_t split_vertices = 0;        ///< copies made where edges were cut or vertices split
   std::uint64_t dropped_components = 0, dropped_component_faces = 0;  ///< too small
+  std::uint64_t filled_holes = 0, filled_faces = 0;
 };
 
 /// What a run did, as --report writes it. The keys of the JSON are part of the contract; see

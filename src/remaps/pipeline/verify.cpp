@@ -76,14 +76,15 @@ class Verifier {
       throw CorruptionError(fmt::format("{}: too small for the {} faces of the manifest",
                                         bundle_.tiles().path().string(), manifest_.topology.faces));
     }
-    if (manifest_.topology.faces > manifest_.input_faces) {
+    if (manifest_.topology.faces > manifest_.input_faces + manifest_.filled_faces) {
       throw CorruptionError(
           fmt::format("{}: its manifest has more faces in the tiles than in the "
                       "file",
                       bundle_.directory().string()));
     }
-    NumberCensus census(run_.temp.path() / "input-faces", manifest_.input_faces,
-                        run_.plan.bucket_bytes / 4, run_.budget);
+    NumberCensus census(run_.temp.path() / "input-faces",
+                        manifest_.input_faces + manifest_.filled_faces, run_.plan.bucket_bytes / 4,
+                        run_.budget);
     PushOptions push;
     push.buffer_bytes = run_.plan.bucket_bytes;
     push.temp_dir = run_.temp.path();
@@ -99,7 +100,8 @@ class Verifier {
     };
     replayed_ = replay_bundle(bundle_, {run_.threads, run_.plan.bucket_bytes, run_.temp.path()},
                               run_.budget, progress_, sinks);
-    census.finish("input face", manifest_.input_faces - manifest_.topology.faces);
+    census.finish("input face",
+                  manifest_.input_faces + manifest_.filled_faces - manifest_.topology.faces);
   }
 
   void start_points(std::uint32_t segment, const Tile& tile) {
