@@ -128,6 +128,18 @@ TEST_F(RepairInput, DropsRepeatedFacesWhicheverWayTheyRun) {
   EXPECT_EQ(checked(o).defects.duplicate_faces, 40u);
 }
 
+TEST_F(RepairInput, OpensWhatIsTwoFacesBackToBack) {
+  MeshLists mesh = ball();
+  const VertexId n = mesh.position.size();
+  for (const double x : {3.0, 4.0, 5.0}) mesh.position.push_back({x, x * x, 0});
+  mesh.triangle.push_back({n, n + 1, n + 2});
+  mesh.triangle.push_back({n, n + 2, n + 1});
+  const Report report = run_all(options(mesh));
+  EXPECT_EQ(report.repairs.duplicate_faces, 1u);
+  EXPECT_EQ(report.components, 2u);
+  EXPECT_EQ(report.boundary_loops, 1u);
+}
+
 TEST_F(RepairInput, CutsFlapsOff) {
   MeshLists mesh = ball();
   for (std::size_t i = 0; i < 20; ++i) {

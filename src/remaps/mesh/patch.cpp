@@ -112,7 +112,11 @@ ManifoldDefect Patch::check_vertices(std::size_t own) {
       c = next_corner(across);
       if (c == first_corner_[v]) break;
     }
-    if (count != faces && v < own) return {ManifoldDefect::Kind::kVertexFans, v, v};
+    if (v < own) {
+      if (count != faces) return {ManifoldDefect::Kind::kVertexFans, v, v};
+      // Two faces all around a vertex have the same corners.
+      if (count == 2 && !boundary_[v]) return {ManifoldDefect::Kind::kSameCorners, v, v};
+    }
     valence_[v] = count + boundary_[v];
   }
   return {};

@@ -50,7 +50,7 @@ struct Star {
 
 /// Why a triangle set is no manifold patch, and where. Vertices are local.
 struct ManifoldDefect {
-  enum class Kind { kNone, kDegenerateFace, kEdgeFaces, kOrientation, kVertexFans };
+  enum class Kind { kNone, kDegenerateFace, kEdgeFaces, kOrientation, kVertexFans, kSameCorners };
   Kind kind = Kind::kNone;
   LocalIndex vertex_a = kNoIndex;
   LocalIndex vertex_b = kNoIndex;

@@ -61,6 +61,9 @@ struct SegmentResult {
           "the two faces at the edge between vertices {} and {} are oriented against each other", a,
           b);
       break;
+    case Kind::kSameCorners:
+      what = fmt::format("two faces at vertex {} have the same corners", a);
+      break;
     default:
       what = fmt::format("the faces at vertex {} form more than one fan", a);
   }
