@@ -45,6 +45,7 @@ struct Reporting {
 
 struct RemeshArguments {
   pipeline::RemeshOptions options;
+  std::string error_kind = "l2";
   Reporting reporting;
   bool no_measure = false;
 };
@@ -74,6 +75,8 @@ void check(const RemeshArguments& a) {
 void remesh(RemeshArguments& a) {
   check(a);
   a.options.measure = !a.no_measure;
+  a.options.goal.kind =
+      a.error_kind == "max" ? pipeline::ErrorKind::kMax : pipeline::ErrorKind::kL2;
   pipeline::Report report;
   {
     ProgressBar bar(a.reporting.quiet);
@@ -132,6 +135,23 @@ void add_output_options(CLI::App& verb, unsigned& level, bool& fit, bool& no_mea
   add_samples(verb, samples);
 }
 
+/// An error to be met instead of a level.
+void add_goal_options(CLI::App& verb, RemeshArguments& a) {
+  CLI::Option* const goal =
+      add_real(verb, "--max-error", a.options.goal.most, 0, 1,
+               "Choose the lowest level, and if need be a larger base, whose measured error is at "
+               "most this fraction of the diagonal; 0: --level decides");
+  goal->excludes(verb.get_option("--level"))->excludes(verb.get_option("--no-measure"));
+  verb.add_option("--max-error-kind", a.error_kind, "Error to be met: l2 or max")
+      ->check(CLI::IsMember({"l2", "max"}))
+      ->capture_default_str()
+      ->needs(goal);
+  add_count(verb, "--max-faces", a.options.goal.max_faces, 0,
+            "Faces of the output at most, for --max-error; 0: 16 times the input's")
+      ->type_name("FACES")
+      ->needs(goal);
+}
+
 void add_remesh(CLI::App& program, Action& action) {
   CLI::App& verb =
       add_verb(program, "remesh", "Make a semi-regular mesh of a triangle mesh of any size",
@@ -143,6 +163,7 @@ void add_remesh(CLI::App& program, Action& action) {
   add_base_options(verb, o);
   add_repair_options(verb, o);
   add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_goal_options(verb, *a);
   add_path(verb, "--bundle", o.bundle,
            "Keep base and exact map in this directory, for resample, verify and locate")
       ->type_name("DIR");

@@ -98,6 +98,10 @@ std::string report_table(const Report& r) {
     text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),
                                        mesh(r.output_vertices, r.output_faces), r.level));
   }
+  if (r.goal.any()) {
+    text += line("", fmt::format("the lowest level of {} tried with an error of {} at most",
+                                 r.attempts.size(), error_text(r.goal.most)));
+  }
   if (r.error) text += error_lines(*r.error);
   if (r.quality) {
     text +=

@@ -11,6 +11,7 @@
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/disk_plan.h"
+#include "remaps/pipeline/error_control.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/output.h"
 #include "remaps/pipeline/parameterize.h"
@@ -63,6 +64,10 @@ void check_bundle_target(const std::filesystem::path& bundle) {
     throw IoError(bundle.string() + ": exists and is not a bundle; it is left alone");
 }
 
+/// Where no level meets the goal for the error, the base gets so many times larger, so often.
+constexpr std::uint64_t kLargerBase = 4;
+constexpr unsigned kBases = 4;
+
 /// --fit holds the output in memory: said before the work starts, not after the sweeps. The true
 /// number of faces depends on the topology; about two a base vertex.
 void check_fit(const RemeshOptions& options) {
@@ -106,7 +111,6 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   if (has_bundle) staged_bundle.emplace(bundle_target);
   const std::filesystem::path bundle_path =
       has_bundle ? staged_bundle->path() : temp.path() / "bundle";
-  std::filesystem::create_directory(bundle_path);
 
   if (has_output) {
     // About two faces a base vertex, and half a vertex a face.
@@ -124,13 +128,26 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   job.strict = options.strict;
   job.repair = {options.min_component, options.fill_holes};
   job.write_map = has_bundle;
-  parameterize(job, plan, budget, progress, report);
-  if (has_output) {
+  report.goal = options.goal;
+  for (unsigned round = 1;; ++round) {
+    std::filesystem::create_directory(bundle_path);
+    parameterize(job, plan, budget, progress, report);
+    if (!has_output) break;
     const Bundle bundle(bundle_path);
-    write_output(bundle,
-                 {staged_output->path(), temp.path(), options.level, threads, options.fit,
-                  options.measure, options.samples},
-                 plan, budget, progress, report);
+    const OutputJob output{staged_output->path(), temp.path(),     options.level,  threads,
+                           options.fit,           options.measure, options.samples};
+    if (!options.goal.any()) {
+      write_output(bundle, output, plan, budget, progress, report);
+      break;
+    }
+    if (write_within_error(bundle, output, options.goal, plan, budget, progress, report)) break;
+    job.base_vertices *= kLargerBase;
+    const bool larger = round < kBases &&
+                        2 * job.base_vertices <= most_faces(options.goal, report.input_faces) &&
+                        job.base_vertices < report.input_vertices;
+    if (!larger) throw GeometryError(describe_miss(options.goal, report));
+    std::filesystem::remove_all(bundle_path);
+    report.sweeps.clear();
   }
   progress.check();
   if (has_bundle) staged_bundle->directory_to_target();

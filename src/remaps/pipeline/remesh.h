@@ -27,13 +27,16 @@ struct RemeshOptions {
   bool measure = true;                ///< measure the two-sided error of the output
   bool fit = false;                   ///< least-squares fit of the output's vertices to the input
   std::uint64_t samples = 1'000'000;  ///< of the error, each way
+  /// Chooses the level, and a larger base if no level does; then `level` is not used.
+  ErrorGoal goal;
 };
 
 /// The main job: from a mesh file to a semi-regular mesh, and the bundle with the map if wanted.
 /// Nothing appears under a final name before it is complete; whatever ends the run early leaves
 /// nothing behind.
 ///
-/// @throws InputError, IoError, GeometryError, BudgetError, Cancelled
+/// @throws InputError, IoError, GeometryError (the surface, or an error that cannot be met),
+///         BudgetError, Cancelled
 Report remesh(const RemeshOptions& options, Progress& progress);
 
 struct ResampleBundleOptions {

@@ -61,6 +61,20 @@ std::string to_json(const Report& r) {
                      {"max_forward", r.error->max_forward},
                      {"max_backward", r.error->max_backward}};
   }
+  if (r.goal.any()) {
+    Json attempts = Json::array();
+    for (const ErrorAttempt& a : r.attempts) {
+      attempts.push_back({{"base_vertices", a.base_vertices},
+                          {"level", a.level},
+                          {"faces", a.faces},
+                          {"l2", a.l2},
+                          {"max", a.max}});
+    }
+    json["goal"] = {{"max_error", r.goal.most},
+                    {"kind", r.goal.kind == ErrorKind::kL2 ? "l2" : "max"},
+                    {"max_faces", r.goal.max_faces},
+                    {"attempts", attempts}};
+  }
   if (r.quality) {
     json["quality"] = {{"area_ratio", r.quality->area_ratio},
                        {"l2_stretch", r.quality->l2_stretch}};

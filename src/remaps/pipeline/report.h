@@ -23,6 +23,25 @@ struct Repairs {
   std::uint64_t filled_holes = 0, filled_faces = 0;
 };
 
+enum class ErrorKind { kL2, kMax };
+
+/// An error that the output must not exceed.
+struct ErrorGoal {
+  double most = 0;  ///< fraction of the diagonal, two-sided; 0: no goal
+  ErrorKind kind = ErrorKind::kL2;
+  std::uint64_t max_faces = 0;  ///< of the output; 0: 16 times the input's
+
+  bool any() const { return most > 0; }
+};
+
+/// An output that was tried for that.
+struct ErrorAttempt {
+  std::uint64_t base_vertices = 0;
+  unsigned level = 0;
+  std::uint64_t faces = 0;
+  double l2 = 0, max = 0;  ///< fractions of the diagonal, the larger of both ways
+};
+
 /// What a run did, as --report writes it. The keys of the JSON are part of the contract; see
 /// docs/formats/report.md.
 struct Report {
@@ -62,6 +81,8 @@ struct Report {
   std::uint64_t domain_buffer = 0, map_buffer = 0;
   std::vector<Sweep> sweeps;
   std::optional<SurfaceError> error;
+  ErrorGoal goal;
+  std::vector<ErrorAttempt> attempts;  ///< for the goal; the last is the output
   std::optional<Quality> quality;
   std::vector<MemorySample> memory_trace;
 };
