@@ -11,6 +11,8 @@
 namespace remaps::cli {
 namespace {
 
+constexpr const char* kInputHelp = "Mesh to read: .ply, .obj, .off or .stl; .gz and .zst of them";
+
 /// How a run tells what it did.
 struct Reporting {
   std::filesystem::path file;
@@ -102,6 +104,13 @@ void add_base_options(CLI::App& verb, pipeline::RemeshOptions& o) {
             "Vertices of the base mesh, at least 4; more remain if topology and shape ask for it");
 }
 
+void add_weld(CLI::App& verb, pipeline::RemeshOptions& o) {
+  add_length(verb, "--weld", o.weld_distance,
+             "Join vertices within this distance of each other, in the units of the file; 0: those "
+             "at exactly one place, as is always done for STL")
+      ->type_name("EPS");
+}
+
 void add_buffer_options(CLI::App& verb, pipeline::RemeshOptions& o) {
   add_resources(verb, o.memory_bytes, o.threads, o.temp_dir, "beside the result");
   add_count(verb, "--domain-buffer", o.domain_buffer, 0,
@@ -129,9 +138,10 @@ void add_remesh(CLI::App& program, Action& action) {
                "remesh scan.ply remesh.ply --level 6 --memory 1G --bundle scan.remaps");
   auto a = std::make_shared<RemeshArguments>();
   pipeline::RemeshOptions& o = a->options;
-  add_path(verb, "INPUT", o.input, "Mesh to read: .ply, .obj or .off")->required();
+  add_path(verb, "INPUT", o.input, kInputHelp)->required();
   add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
   add_base_options(verb, o);
+  add_weld(verb, o);
   add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
   add_path(verb, "--bundle", o.bundle,
            "Keep base and exact map in this directory, for resample, verify and locate")
@@ -146,10 +156,11 @@ void add_parameterize(CLI::App& program, Action& action) {
       add_verb(program, "parameterize", "Make the base and the exact map only, as a bundle",
                "parameterize scan.ply scan.remaps --base-vertices 500");
   auto a = std::make_shared<RemeshArguments>();
-  add_path(verb, "INPUT", a->options.input, "Mesh to read: .ply, .obj or .off")->required();
+  add_path(verb, "INPUT", a->options.input, kInputHelp)->required();
   add_path(verb, "BUNDLE", a->options.bundle, "Directory to write, by custom NAME.remaps")
       ->required();
   add_base_options(verb, a->options);
+  add_weld(verb, a->options);
   add_buffer_options(verb, a->options);
   a->reporting.add_to(verb);
   a->no_measure = true;

@@ -27,6 +27,9 @@ std::string topology_text(const Report& r) {
   if (r.unreferenced_vertices != 0) {
     text += fmt::format(", {} without a face", counted(r.unreferenced_vertices, "vertex"));
   }
+  if (r.welded_vertices != 0) {
+    text += fmt::format(", {} welded", counted(r.welded_vertices, "vertex"));
+  }
   return text;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
@@ -15,6 +16,7 @@ struct ParameterizeJob {
   std::filesystem::path temp_dir;  ///< an empty directory for everything else
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
+  std::optional<double> weld_distance;  ///< in file units: docs/design/weld.md
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
 };
 

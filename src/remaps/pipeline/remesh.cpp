@@ -7,10 +7,10 @@
 #include <optional>
 #include <thread>
 
-#include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/disk_plan.h"
+#include "remaps/pipeline/input_mesh.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/output.h"
 #include "remaps/pipeline/parameterize.h"
@@ -115,8 +115,8 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
         expect_output({guess_vertices(options.input), static_cast<std::uint64_t>(vertices),
                        options.fit, options.measure, options.samples}));
   }
-  ParameterizeJob job{options.input,         bundle_path, temp.path(),
-                      options.base_vertices, threads,     has_bundle};
+  ParameterizeJob job{options.input, bundle_path,           temp.path(), options.base_vertices,
+                      threads,       options.weld_distance, has_bundle};
   parameterize(job, plan, budget, progress, report);
   if (has_output) {
     const Bundle bundle(bundle_path);
@@ -180,9 +180,14 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   MemoryBudget budget(plan.budget_bytes);
   const store::TempDir temp(options.temp_dir.empty() ? std::filesystem::temp_directory_path()
                                                      : options.temp_dir);
+  const auto open = [&](const std::filesystem::path& path, const char* name) {
+    std::filesystem::create_directory(temp.path() / name);
+    return open_input_mesh(path, {temp.path() / name, plan.budget_bytes / 2, {}}, budget, progress)
+        .reader;
+  };
+  const auto original = open(options.original, "weld-original");
+  const auto remesh = open(options.remesh, "weld-remesh");
   progress.begin("read");
-  const auto original = open_mesh_reader(options.original);
-  const auto remesh = open_mesh_reader(options.remesh);
   VertexSpool original_spool(temp.path() / "original");
   VertexSpool remesh_spool(temp.path() / "remesh");
   original_spool.fill(*original, nullptr,
@@ -191,6 +196,8 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
                     [&](double fraction) { progress.advance(0.5 + 0.5 * fraction); });
   VertexLookup original_lookup(original_spool, nullptr, plan.cache_bytes / 2, budget);
   VertexLookup remesh_lookup(remesh_spool, nullptr, plan.cache_bytes / 2, budget);
+  const PolygonCutting original_cutting(*original, original_spool, plan.cache_bytes / 8, budget);
+  const PolygonCutting remesh_cutting(*remesh, remesh_spool, plan.cache_bytes / 8, budget);
   SurfaceErrorOptions measure;
   measure.samples = options.samples;
   measure.threads = threads;

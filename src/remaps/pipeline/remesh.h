@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 
 #include "remaps/base/progress.h"
 #include "remaps/pipeline/report.h"
@@ -20,10 +21,12 @@ struct RemeshOptions {
   unsigned threads = 0;  ///< 0: one a processor
   std::uint64_t domain_buffer =
       0;  ///< faces in memory at a time (the paper's Maxf); 0: from memory_bytes
-  std::uint64_t map_buffer = 0;       ///< points in memory at a time (Maxv); 0: from memory_bytes
-  bool measure = true;                ///< measure the two-sided error of the output
-  bool fit = false;                   ///< least-squares fit of the output's vertices to the input
-  std::uint64_t samples = 1'000'000;  ///< of the error, each way
+  std::uint64_t map_buffer = 0;         ///< points in memory at a time (Maxv); 0: from memory_bytes
+  bool measure = true;                  ///< measure the two-sided error of the output
+  bool fit = false;                     ///< least-squares fit of the output's vertices to the input
+  std::uint64_t samples = 1'000'000;    ///< of the error, each way
+  std::optional<double> weld_distance;  ///< join vertices within this, in file units; none: only
+                                        ///< those of formats without shared vertices (STL)
 };
 
 /// The main job: from a mesh file to a semi-regular mesh, and the bundle with the map if wanted.

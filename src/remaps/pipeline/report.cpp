@@ -14,7 +14,8 @@ std::string to_json(const Report& r) {
                    {"components", r.components},
                    {"boundary_loops", r.boundary_loops},
                    {"euler_characteristic", r.euler_characteristic}};
-  json["repairs"] = {{"unreferenced_vertices", r.unreferenced_vertices}};
+  json["repairs"] = {{"unreferenced_vertices", r.unreferenced_vertices},
+                     {"welded_vertices", r.welded_vertices}};
   json["base"] = {{"vertices", r.base_vertices},
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};

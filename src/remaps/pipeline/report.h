@@ -31,7 +31,8 @@ struct Report {
   std::uint64_t components = 0, boundary_loops = 0;
   std::int64_t euler_characteristic = 0;
   std::uint64_t unreferenced_vertices =
-      0;  ///< repairs.unreferenced_vertices: vertices without a face
+      0;                              ///< repairs.unreferenced_vertices: vertices without a face
+  std::uint64_t welded_vertices = 0;  ///< repairs.welded_vertices: joined to others
 
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;
