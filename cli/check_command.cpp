@@ -62,7 +62,8 @@ std::string to_json(const MeshCheck& c, const std::filesystem::path& path) {
     json["one_sided_at"] = c.one_sided;
     return json.dump(2) + "\n";
   }
-  json["repairs"] = {{"unreferenced_vertices", c.repairs.unreferenced_vertices},
+  json["repairs"] = {{"welded_vertices", c.repairs.welded_vertices},
+                     {"unreferenced_vertices", c.repairs.unreferenced_vertices},
                      {"nonfinite_faces", c.repairs.nonfinite_faces},
                      {"flipped_faces", c.repairs.flipped_faces},
                      {"split_vertices", c.repairs.split_vertices}};
@@ -134,6 +135,8 @@ std::string to_table(const MeshCheck& c, const std::filesystem::path& path) {
     text += fmt::format("repair    turns {}, adds {}", counted(c.repairs.flipped_faces, "face"),
                         counted(c.repairs.split_vertices, "copied vertex"));
   }
+  if (c.repairs.welded_vertices > 0)
+    text += fmt::format("; {} welded", counted(c.repairs.welded_vertices, "vertex"));
   if (c.repairs.unreferenced_vertices > 0)
     text += fmt::format("; {} without a face", counted(c.repairs.unreferenced_vertices, "vertex"));
   return text + "\n";
@@ -157,7 +160,8 @@ void add_check_command(CLI::App& program, Action& action) {
       add_verb(program, "check", "Say what is wrong with a mesh, and what a remesh would repair",
                "check scan.ply --json");
   auto a = std::make_shared<Arguments>();
-  add_path(verb, "FILE", a->options.input, "Mesh to read: .ply, .obj or .off")->required();
+  add_input_mesh(verb, "FILE", a->options.input)->required();
+  add_weld(verb, a->options.weld_distance);
   add_resources(verb, a->options.memory_bytes, a->options.threads, a->options.temp_dir,
                 "the system's");
   add_json(verb, a->json);

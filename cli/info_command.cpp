@@ -26,6 +26,7 @@ struct MeshInfo {
   std::uint64_t bytes = 0, vertices = 0, faces = 0;
   Box3 box;
   bool is_float = false;
+  bool is_soup = false;
 };
 
 MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
@@ -40,6 +41,7 @@ MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
     advance();
   });
   info.is_float = reader->positions_are_float();
+  info.is_soup = reader->vertex_sharing() == VertexSharing::none;
   progress.begin("faces");
   reader->read_triangles([&](std::span<const Triangle> triangles) {
     info.faces += triangles.size();
@@ -54,6 +56,7 @@ std::string to_json(const MeshInfo& info, const std::filesystem::path& path) {
   json["bytes"] = info.bytes;
   json["vertices"] = info.vertices;
   json["faces"] = info.faces;
+  json["faces_share_vertices"] = !info.is_soup;
   json["coordinates"] = info.is_float ? "float" : "double";
   if (info.box.empty()) {
     json["bbox"] = nullptr;
@@ -69,6 +72,7 @@ std::string to_table(const MeshInfo& info, const std::filesystem::path& path) {
   std::string text = fmt::format("{}: {}\n", path.string(), bytes_text(info.bytes));
   text += fmt::format("vertices  {}, coordinates are {}\n", with_commas(info.vertices),
                       info.is_float ? "float" : "double");
+  if (info.is_soup) text += "          one a corner: those at one place become one when remeshed\n";
   text += fmt::format("faces     {}, as triangles\n", with_commas(info.faces));
   if (!info.box.empty()) {
     const auto& [low, high] = info.box;
@@ -148,7 +152,9 @@ void add_info_command(CLI::App& program, Action& action) {
       program, "info", "Say what a mesh file or a bundle holds: counts, bounding box, topology",
       "info scan.remaps --json");
   auto a = std::make_shared<Arguments>();
-  add_path(verb, "FILE", a->path, "A mesh (.ply, .obj, .off) or a bundle")->required();
+  add_path(verb, "FILE", a->path,
+           "A mesh (.ply, .obj, .off, .stl; .gz and .zst of them) or a bundle")
+      ->required();
   add_json(verb, a->json);
   add_quiet(verb, a->quiet);
   verb.callback([a, &action] { action = [a] { show_info(*a); }; });

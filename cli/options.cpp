@@ -120,6 +120,29 @@ CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, do
       ->default_str(fmt::format("{}", value));
 }
 
+CLI::Option* add_length(CLI::App& verb, const std::string& name, std::optional<double>& value,
+                        const std::string& description) {
+  return add_parsed(verb, name, value, "X", description, [](const std::string& text) {
+    const auto number = parse_real(text);
+    if (!number || !(*number >= 0)) {
+      throw UsageError(
+          fmt::format("\"{}\" is not a length, 0 or more, in the units of the file", text));
+    }
+    return *number;
+  });
+}
+
+CLI::Option* add_input_mesh(CLI::App& verb, const std::string& name, fs::path& path) {
+  return add_path(verb, name, path, "Mesh to read: .ply, .obj, .off or .stl; .gz and .zst of them");
+}
+
+void add_weld(CLI::App& verb, std::optional<double>& distance) {
+  add_length(verb, "--weld", distance,
+             "Join vertices within this distance of each other, in the units of the file; 0: those "
+             "at exactly one place, as is always done for STL")
+      ->type_name("EPS");
+}
+
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
                    fs::path& temp_dir, const std::string& place) {
   add_parsed(verb, "--memory", memory_bytes, "SIZE",

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace remaps::cli {
@@ -31,6 +32,14 @@ CLI::Option* add_small(CLI::App& verb, const std::string& name, unsigned& value,
                        const std::string& description);
 CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, double least,
                       double most, const std::string& description);
+
+/// An optional length of 0 or more.
+CLI::Option* add_length(CLI::App& verb, const std::string& name, std::optional<double>& value,
+                        const std::string& description);
+
+/// A mesh file, with the formats in its help; and --weld.
+CLI::Option* add_input_mesh(CLI::App& verb, const std::string& name, std::filesystem::path& path);
+void add_weld(CLI::App& verb, std::optional<double>& distance);
 
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.

@@ -106,6 +106,7 @@ void add_base_options(CLI::App& verb, pipeline::RemeshOptions& o) {
 }
 
 void add_repair_options(CLI::App& verb, pipeline::RemeshOptions& o) {
+  add_weld(verb, o.weld_distance);
   verb.add_flag("--strict", o.strict, "Refuse a mesh that needs repair; see the verb check");
   add_count(verb, "--min-component", o.min_component, 0,
             "Drop components of fewer faces; 0: keep all")
@@ -158,7 +159,7 @@ void add_remesh(CLI::App& program, Action& action) {
                "remesh scan.ply remesh.ply --level 6 --memory 1G --bundle scan.remaps");
   auto a = std::make_shared<RemeshArguments>();
   pipeline::RemeshOptions& o = a->options;
-  add_path(verb, "INPUT", o.input, "Mesh to read: .ply, .obj or .off")->required();
+  add_input_mesh(verb, "INPUT", o.input)->required();
   add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
   add_base_options(verb, o);
   add_repair_options(verb, o);
@@ -177,7 +178,7 @@ void add_parameterize(CLI::App& program, Action& action) {
       add_verb(program, "parameterize", "Make the base and the exact map only, as a bundle",
                "parameterize scan.ply scan.remaps --base-vertices 500");
   auto a = std::make_shared<RemeshArguments>();
-  add_path(verb, "INPUT", a->options.input, "Mesh to read: .ply, .obj or .off")->required();
+  add_input_mesh(verb, "INPUT", a->options.input)->required();
   add_path(verb, "BUNDLE", a->options.bundle, "Directory to write, by custom NAME.remaps")
       ->required();
   add_base_options(verb, a->options);

@@ -27,6 +27,9 @@ std::string topology_text(const Report& r) {
   if (r.repairs.unreferenced_vertices != 0) {
     text += fmt::format(", {} without a face", counted(r.repairs.unreferenced_vertices, "vertex"));
   }
+  if (r.repairs.welded_vertices != 0) {
+    text += fmt::format(", {} welded", counted(r.repairs.welded_vertices, "vertex"));
+  }
   return text;
 }
 

@@ -94,6 +94,8 @@ TEST_F(CommandLine, ChecksOutputsBeforeAnyWork) {
   expect_failure(2, {"remesh", "in.ply", "out.ply", "--bundle", "full"}, {"full"});
   expect_failure(2, {"remesh", "in.ply", "out.ply", "--bundle", "file.remaps"}, {"file.remaps"});
   expect_failure(2, {"remesh", "in.ply", "out.ply", "--temp-dir", "nowhere"}, {"nowhere"});
+  for (const char* weld : {"-1", "nan", "near"})
+    expect_failure(2, {"remesh", "in.ply", "out.ply", "--weld", weld}, {"--weld", "0 or more"});
   expect_failure(2, {"generate", "nowhere/out.ply"}, {"nowhere"});
   EXPECT_EQ(bytes_of(directory() / "full/letter.txt"), "dear diary");
 

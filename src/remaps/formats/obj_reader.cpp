@@ -6,6 +6,7 @@
 #include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
+#include "remaps/formats/format_detection.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
@@ -73,22 +74,23 @@ class ObjReader final : public IndexedMeshReader {
   void read_triangles(IndexSink sink) override {
     if (!vertices_) visit_vertices([](ObjLines&) {});
     ObjLines lines = go_to(first_face_);
-    pass_ = {first_face_.offset, source_.size()};
+    begin_pass();
     ChunkEmitter<Triangle> triangles(sink);
-    PolygonFan fan(triangles);
+    PolygonRun polygon(triangles, cutter_);
     std::uint64_t seen = first_face_.seen;
     for (; !lines.at_end(); lines.end_line()) {
       const ObjLines::Kind kind = lines.begin_line();
       if (kind == ObjLines::Kind::vertex) ++seen;
-      if (kind == ObjLines::Kind::face) read_face(lines, fan, seen);
+      if (kind == ObjLines::Kind::face) read_face(lines, polygon, seen);
     }
     triangles.flush();
   }
 
+  void set_polygon_cutter(PolygonCutter* cutter) override { cutter_ = cutter; }
   bool positions_are_float() const override { return all_float_; }
-  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
-  std::uint64_t bytes_total() const override { return source_.size(); }
-  std::uint64_t bytes_read() const override { return source_.offset(); }
+  double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }
+  std::uint64_t bytes_total() const override { return source_.file_size(); }
+  std::uint64_t bytes_read() const override { return source_.file_offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
@@ -98,8 +100,12 @@ class ObjReader final : public IndexedMeshReader {
     std::uint64_t seen = 0;
   };
 
+  /// A pass from here to the end of the file.
+  void begin_pass() { pass_ = {source_.file_offset(), source_.file_size()}; }
+
   ObjLines go_to(const Place& place) {
     source_.seek(place.offset);
+    if (place.offset == 0) skip_byte_order_mark(source_);
     return ObjLines(source_);
   }
 
@@ -108,7 +114,7 @@ class ObjReader final : public IndexedMeshReader {
   template <class Visit>
   void visit_vertices(Visit visit) {
     ObjLines lines = go_to({});
-    pass_ = {0, source_.size()};
+    begin_pass();
     std::optional<Place> first_face;
     std::uint64_t count = 0;
     for (; !lines.at_end(); lines.end_line()) {
@@ -132,19 +138,21 @@ class ObjReader final : public IndexedMeshReader {
   }
 
   /// @param seen  vertices before this line: what negative indices count back from
-  void read_face(ObjLines& lines, PolygonFan& fan, std::uint64_t seen) const {
+  void read_face(ObjLines& lines, PolygonRun& polygon, std::uint64_t seen) const {
     TextScanner& scanner = lines.scanner();
-    fan.begin();
+    polygon.begin();
     while (lines.next_value()) {
       const std::int64_t index = scanner.integer('/');
-      fan.corner(vertex_id(scanner, index, seen));
+      polygon.corner(vertex_id(scanner, index, seen));
       while (scanner.peek(0) != '\\' && !is_blank(scanner.peek(0)) && !scanner.at_line_end()) {
         scanner.consume(1);
       }
     }
-    if (fan.corners() < 3) {
-      scanner.fail(fmt::format("expected a face of at least 3 corners, found {}", fan.corners()));
+    if (polygon.corners() < 3) {
+      scanner.fail(
+          fmt::format("expected a face of at least 3 corners, found {}", polygon.corners()));
     }
+    polygon.end();
   }
 
   VertexId vertex_id(const TextScanner& scanner, std::int64_t index, std::uint64_t seen) const {
@@ -160,6 +168,7 @@ class ObjReader final : public IndexedMeshReader {
   std::optional<std::uint64_t> vertices_;
   Place first_face_;  // once vertices_ is known
   bool all_float_ = false;
+  PolygonCutter* cutter_ = nullptr;
   PassRange pass_;
 };
 

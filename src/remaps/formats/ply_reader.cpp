@@ -170,10 +170,10 @@ class PositionHandler {
 template <class Cursor>
 class CornerHandler {
  public:
-  CornerHandler(ChunkEmitter<Triangle>& triangles, std::uint64_t vertices, bool strips,
-                std::optional<PlyTriangleRuns> runs)
+  CornerHandler(ChunkEmitter<Triangle>& triangles, PolygonCutter* cutter, std::uint64_t vertices,
+                bool strips, std::optional<PlyTriangleRuns> runs)
       : triangles_(triangles),
-        fan_(triangles),
+        polygon_(triangles, cutter),
         strip_(triangles),
         vertices_(vertices),
         strips_(strips),
@@ -213,8 +213,9 @@ class CornerHandler {
     if (n < 3) {
       cursor.fail(step.count_type, fmt::format("expected at least 3 corners, found {}", n));
     }
-    fan_.begin();
-    for (; n > 0; --n) fan_.corner(checked(cursor, step.type, cursor.integer(step.type)));
+    polygon_.begin();
+    for (; n > 0; --n) polygon_.corner(checked(cursor, step.type, cursor.integer(step.type)));
+    polygon_.end();
   }
 
   void read_strip(Cursor& cursor, PlyType type, std::uint64_t n) {
@@ -238,7 +239,7 @@ class CornerHandler {
   }
 
   ChunkEmitter<Triangle>& triangles_;
-  PolygonFan fan_;
+  PolygonRun polygon_;
   StripUnroller strip_;
   std::uint64_t vertices_;
   bool strips_;
@@ -286,7 +287,7 @@ class PlyReader final : public IndexedMeshReader {
           if (!strips)
             runs = PlyTriangleRuns::of(element, *corner_list(element), cursor.big_endian());
         }
-        CornerHandler<Cursor> handler(triangles, vertex_->count, strips, runs);
+        CornerHandler<Cursor> handler(triangles, cutter_, vertex_->count, strips, runs);
         walk_records(cursor, element, plan_record<Cursor>(element, true), handler);
         offsets_[index_of(element) + 1] = cursor.offset();
       }
@@ -294,17 +295,19 @@ class PlyReader final : public IndexedMeshReader {
     });
   }
 
+  void set_polygon_cutter(PolygonCutter* cutter) override { cutter_ = cutter; }
   bool positions_are_float() const override { return all_float_; }
   std::optional<PositionArray> position_array() const override {
     const std::optional<std::uint64_t> begin = offsets_[index_of(*vertex_)];
     const bool as_in_memory = header_.encoding == PlyEncoding::little_endian &&
                               std::endian::native == std::endian::little;
-    if (!begin || !as_in_memory || !is_float_triple()) return std::nullopt;
+    if (!begin || !as_in_memory || source_.is_compressed() || !is_float_triple())
+      return std::nullopt;
     return PositionArray{source_.path(), *begin};
   }
-  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
-  std::uint64_t bytes_total() const override { return source_.size(); }
-  std::uint64_t bytes_read() const override { return source_.offset(); }
+  double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }
+  std::uint64_t bytes_total() const override { return source_.file_size(); }
+  std::uint64_t bytes_read() const override { return source_.file_offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
@@ -370,10 +373,11 @@ class PlyReader final : public IndexedMeshReader {
       }
       return size;
     };
-    pass_.begin = source_.offset();
+    pass_.begin = source_.file_offset();
     const double share = expected(first, last + 1) / expected(first, header_.elements.size());
-    pass_.end = offsets_[last + 1].value_or(
-        pass_.begin + static_cast<std::uint64_t>(share * double(source_.remaining())));
+    const std::uint64_t left = source_.file_size() - pass_.begin;
+    pass_.end = offsets_[last + 1] ? source_.file_offset_of(*offsets_[last + 1])
+                                   : pass_.begin + static_cast<std::uint64_t>(share * double(left));
   }
 
   double expected_record_size(const PlyElement& element) const {
@@ -414,6 +418,7 @@ class PlyReader final : public IndexedMeshReader {
   const PlyElement* vertex_ = nullptr;
   std::vector<std::optional<std::uint64_t>> offsets_;  // where each element begins, once known
   bool all_float_ = false;
+  PolygonCutter* cutter_ = nullptr;
   PassRange pass_;
 };
 

@@ -9,9 +9,9 @@
 
 #include "remaps/base/errors.h"
 #include "remaps/base/workers.h"
-#include "remaps/formats/mesh_reader.h"
 #include "remaps/pipeline/disk_plan.h"
 #include "remaps/pipeline/ingest.h"
+#include "remaps/pipeline/input_mesh.h"
 #include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/run_plan.h"
 #include "remaps/store/file.h"
@@ -58,9 +58,11 @@ MeshCheck check_mesh(const CheckOptions& options, Progress& progress) {
   const std::uint64_t expected = guess_vertices(options.input);
   progress.plan({expect_ingest(expected), expect_repair(expected), expect_count(expected)});
 
-  const auto reader = open_mesh_reader(options.input);
-  Ingested ingested = ingest(*reader, plan, temp.path(), threads, budget, progress);
+  const InputMesh input = open_input_mesh(
+      options.input, {temp.path(), plan.budget_bytes / 2, options.weld_distance}, budget, progress);
+  Ingested ingested = ingest(*input.reader, plan, temp.path(), threads, budget, progress);
   MeshCheck result;
+  result.repairs.welded_vertices = input.welded_vertices;
   result.vertices = ingested.vertices;
   result.faces = ingested.faces;
   result.diagonal = ingested.diagonal;

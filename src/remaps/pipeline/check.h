@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "remaps/base/progress.h"
@@ -13,7 +14,8 @@ namespace remaps::pipeline {
 
 struct CheckOptions {
   std::filesystem::path input;
-  std::filesystem::path temp_dir;  ///< empty: the system's
+  std::filesystem::path temp_dir;       ///< empty: the system's
+  std::optional<double> weld_distance;  ///< as for remesh
   std::uint64_t memory_bytes = 256u << 20;
   unsigned threads = 0;
 };

@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "remaps/base/errors.h"
+#include "remaps/formats/mesh_reader.h"
 
 namespace remaps::pipeline {
 namespace {
@@ -19,10 +20,7 @@ double mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 std::uint64_t temporary_bytes_needed(const std::filesystem::path& input) {
-  std::error_code error;
-  const std::uint64_t bytes = std::filesystem::file_size(input, error);
-  if (error) return 0;
-  return static_cast<std::uint64_t>(kTemporaryPerInput * double(bytes));
+  return static_cast<std::uint64_t>(kTemporaryPerInput * double(guess_content_bytes(input)));
 }
 
 void check_disk_space(std::uint64_t needed_bytes, const std::filesystem::path& directory) {

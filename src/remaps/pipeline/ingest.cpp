@@ -169,6 +169,7 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   const SpaceCut cut(sample, segments_for(2 * result.vertices, plan), 0);
   result.level = std::make_unique<DomainLevel>(0, cut, temp_dir, plan.bucket_bytes, budget);
   FaceRouter router(spool, *result.level, plan, temp_dir, budget, progress);
+  const PolygonCutting cutting(reader, spool, plan.cache_bytes / 4, budget);
   read_faces(reader, router, threads > 1);
   router.finish(result);
   if (result.faces == 0) throw GeometryError("the mesh has no faces");

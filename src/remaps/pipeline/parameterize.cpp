@@ -8,10 +8,10 @@
 #include <optional>
 #include <vector>
 
-#include "remaps/formats/mesh_reader.h"
 #include "remaps/map/base_carrier.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/ingest.h"
+#include "remaps/pipeline/input_mesh.h"
 #include "remaps/pipeline/map_file.h"
 #include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/run_plan.h"
@@ -77,9 +77,12 @@ class Parameterizer {
  private:
   void read_input() {
     const auto start = std::chrono::steady_clock::now();
-    const auto reader = open_mesh_reader(job_.input);
-    ingested_ = ingest(*reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
-    report_.bytes_read += reader->bytes_read_total();
+    const InputMesh input =
+        open_input_mesh(job_.input, {job_.temp_dir, plan_.budget_bytes / 2, job_.weld_distance},
+                        budget_, progress_);
+    report_.repairs.welded_vertices = input.welded_vertices;
+    ingested_ = ingest(*input.reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
+    report_.bytes_read += input.reader->bytes_read_total();
     report_.input_path = job_.input.string();
     report_.input_vertices = ingested_.vertices;
     report_.input_faces = ingested_.faces;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
@@ -18,6 +19,7 @@ struct ParameterizeJob {
   unsigned threads = 1;
   bool strict = false;  ///< refuse what would need repair
   RepairChoices repair;
+  std::optional<double> weld_distance;  ///< in file units: docs/design/weld.md
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
 };
 

@@ -7,11 +7,11 @@
 #include <optional>
 #include <thread>
 
-#include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/disk_plan.h"
 #include "remaps/pipeline/error_control.h"
+#include "remaps/pipeline/input_mesh.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/output.h"
 #include "remaps/pipeline/parameterize.h"
@@ -125,6 +125,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   job.temp_dir = temp.path();
   job.base_vertices = options.base_vertices;
   job.threads = threads;
+  job.weld_distance = options.weld_distance;
   job.strict = options.strict;
   job.repair = {options.min_component, options.fill_holes};
   job.write_map = has_bundle;
@@ -208,9 +209,14 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   MemoryBudget budget(plan.budget_bytes);
   const store::TempDir temp(options.temp_dir.empty() ? std::filesystem::temp_directory_path()
                                                      : options.temp_dir);
+  const auto open = [&](const std::filesystem::path& path, const char* name) {
+    std::filesystem::create_directory(temp.path() / name);
+    return open_input_mesh(path, {temp.path() / name, plan.budget_bytes / 2, {}}, budget, progress)
+        .reader;
+  };
+  const auto original = open(options.original, "weld-original");
+  const auto remesh = open(options.remesh, "weld-remesh");
   progress.begin("read");
-  const auto original = open_mesh_reader(options.original);
-  const auto remesh = open_mesh_reader(options.remesh);
   VertexSpool original_spool(temp.path() / "original");
   VertexSpool remesh_spool(temp.path() / "remesh");
   original_spool.fill(*original, nullptr,
@@ -219,6 +225,8 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
                     [&](double fraction) { progress.advance(0.5 + 0.5 * fraction); });
   VertexLookup original_lookup(original_spool, nullptr, plan.cache_bytes / 2, budget);
   VertexLookup remesh_lookup(remesh_spool, nullptr, plan.cache_bytes / 2, budget);
+  const PolygonCutting original_cutting(*original, original_spool, plan.cache_bytes / 8, budget);
+  const PolygonCutting remesh_cutting(*remesh, remesh_spool, plan.cache_bytes / 8, budget);
   SurfaceErrorOptions measure;
   measure.samples = options.samples;
   measure.threads = threads;

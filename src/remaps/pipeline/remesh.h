@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 
 #include "remaps/base/progress.h"
 #include "remaps/pipeline/report.h"
@@ -20,13 +21,15 @@ struct RemeshOptions {
   unsigned threads = 0;  ///< 0: one a processor
   std::uint64_t domain_buffer =
       0;  ///< faces in memory at a time (the paper's Maxf); 0: from memory_bytes
-  std::uint64_t map_buffer = 0;       ///< points in memory at a time (Maxv); 0: from memory_bytes
-  bool strict = false;                ///< refuse what would need repair
-  std::uint64_t min_component = 0;    ///< faces; smaller components are dropped
-  std::uint64_t fill_holes = 0;       ///< edges; holes of at most so many are filled
-  bool measure = true;                ///< measure the two-sided error of the output
-  bool fit = false;                   ///< least-squares fit of the output's vertices to the input
-  std::uint64_t samples = 1'000'000;  ///< of the error, each way
+  std::uint64_t map_buffer = 0;         ///< points in memory at a time (Maxv); 0: from memory_bytes
+  bool strict = false;                  ///< refuse what would need repair
+  std::uint64_t min_component = 0;      ///< faces; smaller components are dropped
+  std::uint64_t fill_holes = 0;         ///< edges; holes of at most so many are filled
+  std::optional<double> weld_distance;  ///< join vertices within this, in file units; none: only
+                                        ///< those of formats without shared vertices (STL)
+  bool measure = true;                  ///< measure the two-sided error of the output
+  bool fit = false;                     ///< least-squares fit of the output's vertices to the input
+  std::uint64_t samples = 1'000'000;    ///< of the error, each way
   /// Chooses the level, and a larger base if no level does; then `level` is not used.
   ErrorGoal goal;
 };

@@ -14,7 +14,8 @@ std::string to_json(const Report& r) {
                    {"components", r.components},
                    {"boundary_loops", r.boundary_loops},
                    {"euler_characteristic", r.euler_characteristic}};
-  json["repairs"] = {{"unreferenced_vertices", r.repairs.unreferenced_vertices},
+  json["repairs"] = {{"welded_vertices", r.repairs.welded_vertices},
+                     {"unreferenced_vertices", r.repairs.unreferenced_vertices},
                      {"nonfinite_vertices", r.repairs.nonfinite_vertices},
                      {"nonfinite_faces", r.repairs.nonfinite_faces},
                      {"degenerate_faces", r.repairs.degenerate_faces},

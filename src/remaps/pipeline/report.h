@@ -11,6 +11,7 @@ namespace remaps::pipeline {
 
 /// What of the input could not be taken as it is.
 struct Repairs {
+  std::uint64_t welded_vertices = 0;        ///< joined to others
   std::uint64_t unreferenced_vertices = 0;  ///< have no face, or none that is left
   std::uint64_t nonfinite_vertices = 0, nonfinite_faces = 0;  ///< dropped, with their faces
   std::uint64_t degenerate_faces = 0;                         ///< dropped: a vertex twice

@@ -6,12 +6,13 @@
 #include <cmath>
 
 #include "remaps/formats/file_extension.h"
+#include "remaps/formats/mesh_reader.h"
 
 namespace remaps::pipeline {
 namespace {
 
 // Bytes of a vertex and its two faces.
-constexpr std::uint64_t kBinaryBytes = 38, kTextBytes = 85;
+constexpr std::uint64_t kBinaryBytes = 38, kTextBytes = 85, kStlBytes = 100;
 
 // Nanoseconds of one thread, from the seconds in the reports of a generated scan of 14 M vertices
 // and of Earth at 0.6 and 9 M (docs/design/profile.md). What counts are the proportions.
@@ -42,10 +43,10 @@ double locked_fraction(std::uint64_t segment_faces) {
 }  // namespace
 
 std::uint64_t guess_vertices(const std::filesystem::path& path) {
-  std::error_code error;
-  const std::uint64_t bytes = std::filesystem::file_size(path, error);
-  if (error) return 0;
-  return bytes / (lower_extension(path) == ".ply" ? kBinaryBytes : kTextBytes);
+  const std::string extension = content_extension(path);
+  return guess_content_bytes(path) / (extension == ".ply"   ? kBinaryBytes
+                                      : extension == ".stl" ? kStlBytes
+                                                            : kTextBytes);
 }
 
 PlannedPhase expect_ingest(std::uint64_t vertices) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -112,6 +113,32 @@ class VertexLookup {
   std::size_t hand_ = 0;
   std::uint64_t misses_ = 0;
   std::vector<Vec3f> buffer_;
+};
+
+/// While it lives, polygons of a reader are cut by where their corners are.
+class PolygonCutting final : public PolygonCutter {
+ public:
+  /// @param cache_bytes  reserved from the budget when the first polygon comes
+  PolygonCutting(IndexedMeshReader& reader, const VertexSpool& spool, std::uint64_t cache_bytes,
+                 MemoryBudget& budget)
+      : reader_(reader), spool_(spool), cache_bytes_(cache_bytes), budget_(budget) {
+    reader_.set_polygon_cutter(this);
+  }
+  ~PolygonCutting() override { reader_.set_polygon_cutter(nullptr); }
+  PolygonCutting(const PolygonCutting&) = delete;
+  PolygonCutting& operator=(const PolygonCutting&) = delete;
+
+ private:
+  Vec3 position(VertexId v) override {
+    if (!lookup_) lookup_.emplace(spool_, nullptr, cache_bytes_, budget_);
+    return widen((*lookup_)[v].position);
+  }
+
+  IndexedMeshReader& reader_;
+  const VertexSpool& spool_;
+  std::uint64_t cache_bytes_;
+  MemoryBudget& budget_;
+  std::optional<VertexLookup> lookup_;
 };
 
 /// The triangles of a file with their corner positions, as a stream that can be repeated. `reader`
