@@ -148,7 +148,7 @@ void add_info_command(CLI::App& program, Action& action) {
       program, "info", "Say what a mesh file or a bundle holds: counts, bounding box, topology",
       "info scan.remaps --json");
   auto a = std::make_shared<Arguments>();
-  add_path(verb, "FILE", a->path, "A mesh (.ply, .obj, .off) or a bundle")->required();
+  add_path(verb, "FILE", a->path, "A mesh (.ply, .obj, .off, .glb, .gltf) or a bundle")->required();
   add_json(verb, a->json);
   add_quiet(verb, a->quiet);
   verb.callback([a, &action] { action = [a] { show_info(*a); }; });

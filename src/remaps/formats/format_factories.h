@@ -13,6 +13,8 @@ namespace remaps {
 std::unique_ptr<IndexedMeshReader> make_ply_reader(ByteSource source);
 std::unique_ptr<IndexedMeshReader> make_obj_reader(ByteSource source);
 std::unique_ptr<IndexedMeshReader> make_off_reader(ByteSource source);
+/// .glb and .gltf.
+std::unique_ptr<IndexedMeshReader> make_gltf_reader(ByteSource source);
 
 std::unique_ptr<IndexedMeshWriter> make_ply_writer(const std::filesystem::path& path,
                                                    std::uint64_t vertices, std::uint64_t faces);

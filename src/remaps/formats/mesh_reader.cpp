@@ -36,15 +36,19 @@ bool is_obj_keyword(std::string_view word) {
   return std::find(std::begin(kKeywords), std::end(kKeywords), word) != std::end(kKeywords);
 }
 
+/// Binary, or the JSON form: no other format opens with a brace.
+bool is_gltf(std::string_view head) {
+  const std::string_view text = head.starts_with("\xef\xbb\xbf") ? head.substr(3) : head;
+  return head.starts_with("glTF") || first_word(text).starts_with("{");
+}
+
 /// The name of a format that is known but not read, empty for none. A binary STL has no mark but
 /// its size: 80 bytes, the number of triangles, 50 bytes each.
 std::string_view unsupported_format(std::string_view head, std::uint64_t file_size) {
   if (head.starts_with("ply")) return "";
-  if (head.starts_with("glTF")) return "binary glTF";
   if (head.starts_with("PK\x03\x04")) return "ZIP (3MF)";
   if (head.starts_with("\x1f\x8b") || head.starts_with("\x28\xb5\x2f\xfd"))
     return "compressed data";
-  if (first_word(head).starts_with("{")) return "JSON (glTF)";
   if (head.size() >= 84) {
     std::uint32_t triangles = 0;
     std::memcpy(&triangles, head.data() + 80, sizeof triangles);
@@ -65,8 +69,8 @@ std::optional<Format> detect_format(std::string_view head, const std::filesystem
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& path, std::string_view found) {
-  throw InputError(
-      fmt::format("{}: expected a mesh in PLY, OBJ or OFF format, found {}", path.string(), found));
+  throw InputError(fmt::format("{}: expected a mesh in PLY, OBJ, OFF or glTF format, found {}",
+                               path.string(), found));
 }
 
 }  // namespace
@@ -76,6 +80,7 @@ std::unique_ptr<IndexedMeshReader> open_mesh_reader(const std::filesystem::path&
   source.require(ByteSource::kDefaultBuffer);
   const std::string_view head(source.data(), source.available());
   if (head.empty()) refuse(path, "an empty file (byte 0)");
+  if (is_gltf(head)) return make_gltf_reader(std::move(source));
   const std::string_view unsupported = unsupported_format(head, source.size());
   if (!unsupported.empty())
     refuse(path, fmt::format("{} (byte 0), which is not supported", unsupported));

@@ -40,6 +40,10 @@ class IndexedMeshReader {
   /// True when every coordinate in the file is a float (so that storing floats loses nothing).
   virtual bool positions_are_float() const = 0;
 
+  /// True when faces do not share vertices, or not all that they should, so that vertices of equal
+  /// position are to be taken for one: STL repeats them for each face, glTF at seams of textures.
+  virtual bool is_soup() const { return false; }
+
   /// The positions as an array in the file, where they are one, so that nobody need copy them to
   /// have them at hand. What read_positions refuses may be among them.
   virtual std::optional<PositionArray> position_array() const { return std::nullopt; }

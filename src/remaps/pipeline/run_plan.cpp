@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "remaps/formats/file_extension.h"
 
@@ -37,7 +38,9 @@ std::uint64_t guess_vertices(const std::filesystem::path& path) {
   std::error_code error;
   const std::uint64_t bytes = std::filesystem::file_size(path, error);
   if (error) return 0;
-  return bytes / (lower_extension(path) == ".ply" ? kBinaryBytes : kTextBytes);
+  const std::string extension = lower_extension(path);
+  const bool is_binary = extension == ".ply" || extension == ".glb";
+  return bytes / (is_binary ? kBinaryBytes : kTextBytes);
 }
 
 PlannedPhase expect_ingest(std::uint64_t vertices) {
