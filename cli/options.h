@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 namespace remaps::cli {
 
@@ -31,6 +33,10 @@ CLI::Option* add_small(CLI::App& verb, const std::string& name, unsigned& value,
 CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, double least,
                       double most, const std::string& description);
 
+/// --level and --levels, one of which may be given: the second, "A..B", sets both values, to B and
+/// A.
+void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest);
+
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
@@ -47,6 +53,9 @@ void check_bundle(const std::filesystem::path& path);
 /// @throws UsageError  not a format that is written, a directory, or in a place that cannot be
 /// written to
 void check_output_mesh(const std::filesystem::path& path);
+/// The meshes that a job writes: `output`, or one for each level.
+std::vector<std::filesystem::path> output_meshes(const std::filesystem::path& output,
+                                                 std::optional<unsigned> coarsest, unsigned level);
 /// @throws UsageError  a directory, or in a place that cannot be written to
 void check_output_file(const std::filesystem::path& path);
 /// @throws UsageError  something else is there, or the place cannot be written to

@@ -76,6 +76,11 @@ std::string report_table(const Report& r) {
   if (!r.output_path.empty()) {
     text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),
                                        mesh(r.output_vertices, r.output_faces), r.level));
+    for (const Report::Output& output : r.outputs) {
+      if (output.level == r.level) continue;
+      text += line("", fmt::format("{}: {}, level {}", name_of(output.path),
+                                   mesh(output.vertices, output.faces), output.level));
+    }
   }
   if (r.error) text += error_lines(*r.error);
   if (r.quality) {
