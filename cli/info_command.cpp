@@ -153,7 +153,7 @@ void add_info_command(CLI::App& program, Action& action) {
       "info scan.remaps --json");
   auto a = std::make_shared<Arguments>();
   add_path(verb, "FILE", a->path,
-           "A mesh (.ply, .obj, .off, .stl; .gz and .zst of them) or a bundle")
+           "A mesh (.ply, .obj, .off, .stl; .gz and .zst of them; .glb, .gltf) or a bundle")
       ->required();
   add_json(verb, a->json);
   add_quiet(verb, a->quiet);

@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace remaps::cli {
 
@@ -40,6 +41,9 @@ CLI::Option* add_length(CLI::App& verb, const std::string& name, std::optional<d
 /// A mesh file, with the formats in its help; and --weld.
 CLI::Option* add_input_mesh(CLI::App& verb, const std::string& name, std::filesystem::path& path);
 void add_weld(CLI::App& verb, std::optional<double>& distance);
+/// --level and --levels, one of which may be given: the second, "A..B", sets both values, to B and
+/// A.
+void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest);
 
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.
@@ -57,6 +61,9 @@ void check_bundle(const std::filesystem::path& path);
 /// @throws UsageError  not a format that is written, a directory, or in a place that cannot be
 /// written to
 void check_output_mesh(const std::filesystem::path& path);
+/// The meshes that a job writes: `output`, or one for each level.
+std::vector<std::filesystem::path> output_meshes(const std::filesystem::path& output,
+                                                 std::optional<unsigned> coarsest, unsigned level);
 /// @throws UsageError  a directory, or in a place that cannot be written to
 void check_output_file(const std::filesystem::path& path);
 /// @throws UsageError  something else is there, or the place cannot be written to

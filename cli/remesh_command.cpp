@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 
 #include "help_text.h"
 #include "options.h"
@@ -10,6 +11,8 @@
 
 namespace remaps::cli {
 namespace {
+
+constexpr const char* kOutputHelp = "Mesh to write: .ply, .obj, .off, .stl, .glb or .vtp";
 
 /// How a run tells what it did.
 struct Reporting {
@@ -60,15 +63,17 @@ struct ResampleArguments {
 void check(const RemeshArguments& a) {
   const pipeline::RemeshOptions& o = a.options;
   check_input_file(o.input);
-  if (!o.output.empty()) check_output_mesh(o.output);
   if (!o.bundle.empty()) check_output_bundle(o.bundle);
   check_temp_dir(o.temp_dir);
   a.reporting.check();
-  check_distinct(o.input, "input", o.output, "output");
+  for (const std::filesystem::path& output : output_meshes(o.output, o.coarsest, o.level)) {
+    check_output_mesh(output);
+    check_distinct(o.input, "input", output, "output");
+    check_distinct(output, "output", o.bundle, "bundle");
+    check_distinct(output, "output", a.reporting.file, "report");
+  }
   check_distinct(o.input, "input", o.bundle, "bundle");
-  check_distinct(o.output, "output", o.bundle, "bundle");
   check_distinct(o.input, "input", a.reporting.file, "report");
-  check_distinct(o.output, "output", a.reporting.file, "report");
   check_distinct(o.bundle, "bundle", a.reporting.file, "report");
 }
 
@@ -87,10 +92,13 @@ void remesh(RemeshArguments& a) {
 
 void resample(ResampleArguments& a) {
   check_bundle(a.options.bundle);
-  check_output_mesh(a.options.output);
   check_temp_dir(a.options.temp_dir);
   a.reporting.check();
-  check_distinct(a.options.output, "output", a.reporting.file, "report");
+  for (const std::filesystem::path& output :
+       output_meshes(a.options.output, a.options.coarsest, a.options.level)) {
+    check_output_mesh(output);
+    check_distinct(output, "output", a.reporting.file, "report");
+  }
   a.options.measure = !a.no_measure;
   pipeline::Report report;
   {
@@ -126,10 +134,9 @@ void add_buffer_options(CLI::App& verb, pipeline::RemeshOptions& o) {
 }
 
 /// What the output is like: for remesh and resample alike.
-void add_output_options(CLI::App& verb, unsigned& level, bool& fit, bool& no_measure,
-                        std::uint64_t& samples) {
-  add_small(verb, "--level", level, 14,
-            "Subdivisions of the base, 0 to 14; each makes four faces of one");
+void add_output_options(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest,
+                        bool& fit, bool& no_measure, std::uint64_t& samples) {
+  add_levels(verb, level, coarsest);
   verb.add_flag("--fit", fit,
                 "Move the output's vertices to the least-squares fit of the input's points");
   verb.add_flag("--no-measure", no_measure, "Do not measure the error of the output");
@@ -160,10 +167,10 @@ void add_remesh(CLI::App& program, Action& action) {
   auto a = std::make_shared<RemeshArguments>();
   pipeline::RemeshOptions& o = a->options;
   add_input_mesh(verb, "INPUT", o.input)->required();
-  add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
+  add_path(verb, "OUTPUT", o.output, kOutputHelp)->required();
   add_base_options(verb, o);
   add_repair_options(verb, o);
-  add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_output_options(verb, o.level, o.coarsest, o.fit, a->no_measure, o.samples);
   add_goal_options(verb, *a);
   add_path(verb, "--bundle", o.bundle,
            "Keep base and exact map in this directory, for resample, verify and locate")
@@ -196,8 +203,8 @@ void add_resample(CLI::App& program, Action& action) {
   auto a = std::make_shared<ResampleArguments>();
   pipeline::ResampleBundleOptions& o = a->options;
   add_path(verb, "BUNDLE", o.bundle, "Bundle to read")->required();
-  add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
-  add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_path(verb, "OUTPUT", o.output, kOutputHelp)->required();
+  add_output_options(verb, o.level, o.coarsest, o.fit, a->no_measure, o.samples);
   add_resources(verb, o.memory_bytes, o.threads, o.temp_dir, "beside the result");
   a->reporting.add_to(verb);
   verb.callback([a, &action] { action = [a] { resample(*a); }; });

@@ -100,6 +100,11 @@ std::string report_table(const Report& r) {
   if (!r.output_path.empty()) {
     text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),
                                        mesh(r.output_vertices, r.output_faces), r.level));
+    for (const Report::Output& output : r.outputs) {
+      if (output.level == r.level) continue;
+      text += line("", fmt::format("{}: {}, level {}", name_of(output.path),
+                                   mesh(output.vertices, output.faces), output.level));
+    }
   }
   if (r.goal.any()) {
     text += line("", fmt::format("the lowest level of {} tried with an error of {} at most",

@@ -84,7 +84,7 @@ TEST_F(CommandLine, ChecksOutputsBeforeAnyWork) {
   make_file("full/letter.txt", "dear diary");
   make_file("file.remaps", "no directory");
 
-  expect_failure(2, {"remesh", "in.ply", "out.stl"}, {"out.stl", ".ply", ".obj"});
+  expect_failure(2, {"remesh", "in.ply", "out.step"}, {"out.step", ".ply", ".glb"});
   expect_failure(2, {"remesh", "in.ply", "nowhere/out.ply"}, {"nowhere"});
   expect_failure(2, {"remesh", "in.ply", "dir.ply"}, {"directory"});
   expect_failure(2, {"remesh", "in.ply", "in.ply"}, {"input", "output"});

@@ -61,6 +61,7 @@ void CountedWriter::close() {
     fail(fmt::format("{} of {} vertices and {} of {} faces at the end", vertices_done_, vertices_,
                      faces_done_, faces_));
   }
+  finish();
   sink_.commit();
 }
 

@@ -27,7 +27,12 @@ class CountedWriter : public IndexedMeshWriter {
   /// Every index is below the number of vertices.
   virtual void put_triangles(std::span<const Triangle> triangles) = 0;
 
+  /// All positions and triangles were put: what a format has at its end, or knows only now.
+  virtual void finish() {}
+
   ByteSink& sink() { return sink_; }
+  std::uint64_t vertices() const { return vertices_; }
+  std::uint64_t faces() const { return faces_; }
 
  private:
   [[noreturn]] void fail(std::string_view what) const;

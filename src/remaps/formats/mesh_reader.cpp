@@ -15,8 +15,8 @@ namespace {
 
 [[noreturn]] void refuse(const ByteSource& source, std::string_view found) {
   throw InputError(fmt::format(
-      "{}: expected a mesh in PLY, OBJ, OFF or STL format, plain or "
-      "compressed with gzip or Zstandard, found {} (byte 0{})",
+      "{}: expected a mesh in PLY, OBJ, OFF or STL format, plain or compressed with gzip or "
+      "Zstandard, or in glTF format, found {} (byte 0{})",
       source.path().string(), found, source.is_compressed() ? " of the decompressed content" : ""));
 }
 
@@ -31,9 +31,9 @@ std::unique_ptr<IndexedMeshReader> make_reader(MeshFormat format, ByteSource sou
     case MeshFormat::ascii_stl:
       return make_ascii_stl_reader(std::move(source));
     case MeshFormat::glb:
-      refuse(source, "binary glTF, which is not supported");
     case MeshFormat::gltf:
-      refuse(source, "JSON (glTF), which is not supported");
+      if (source.is_compressed()) refuse(source, "glTF, which is read uncompressed only");
+      return make_gltf_reader(std::move(source));
     case MeshFormat::obj:
       break;
   }

@@ -10,8 +10,8 @@
 namespace remaps {
 
 /// Opens a triangle or polygon mesh: PLY (ASCII, both byte orders), OBJ, ASCII OFF or STL (ASCII
-/// and binary), each of them perhaps compressed with gzip or Zstandard. The content decides the
-/// format, the extension only where the content has no mark of its own.
+/// and binary), each of them perhaps compressed with gzip or Zstandard, or glTF 2.0 (.glb, .gltf).
+/// The content decides the format, the extension only where the content has no mark of its own.
 ///
 /// Polygons arrive as a fan from their first corner, triangle strips as triangles of alternating
 /// orientation. docs/formats/meshes.md lists what is read, skipped and refused.

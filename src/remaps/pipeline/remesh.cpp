@@ -38,7 +38,17 @@ class Staged {
       : target_(target), directory_(parent_of(target)) {}
 
   std::filesystem::path path() const { return directory_.path() / target_.filename(); }
-  void file_to_target() const { std::filesystem::rename(path(), target_); }
+  /// Moves outputs out, whose paths are in the report, and counts their bytes.
+  void outputs_to_targets(Report& report) const {
+    for (Report::Output& output : report.outputs) {
+      const std::filesystem::path from = output.path;
+      const std::filesystem::path to = target_.parent_path() / from.filename();
+      report.bytes_written += std::filesystem::file_size(from);
+      std::filesystem::rename(from, to);
+      output.path = to.string();
+    }
+    report.output_path = report.outputs.back().path;
+  }
   /// Replaces what is there; only ever called for an earlier bundle.
   void directory_to_target() const {
     const std::filesystem::path old = directory_.path() / "replaced";
@@ -80,6 +90,15 @@ void check_fit(const RemeshOptions& options) {
       std::ceil(bytes / (1 << 20))));
 }
 
+/// A format with a limit refuses what is surely beyond it before the work starts: a base of so many
+/// vertices, where the input has so many, has half as many faces at least.
+void check_output_size(const RemeshOptions& options) {
+  if (options.output.empty()) return;
+  const std::uint64_t base = std::min(options.base_vertices, guess_vertices(options.input)) / 2;
+  const std::uint64_t faces = base << (2 * options.level);
+  if (faces > 0) check_mesh_size(options.output, faces / 2 + 1, faces);
+}
+
 }  // namespace
 
 Report remesh(const RemeshOptions& options, Progress& progress) {
@@ -95,6 +114,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   report.map_buffer = plan.map_buffer;
 
   check_fit(options);
+  check_output_size(options);
   const bool has_output = !options.output.empty();
   const bool has_bundle = !options.bundle.empty();
   const std::filesystem::path bundle_target = without_slash(options.bundle);
@@ -135,8 +155,9 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
     parameterize(job, plan, budget, progress, report);
     if (!has_output) break;
     const Bundle bundle(bundle_path);
-    const OutputJob output{staged_output->path(), temp.path(),     options.level,  threads,
-                           options.fit,           options.measure, options.samples};
+    const OutputJob output{staged_output->path(), temp.path(),    options.level,
+                           options.coarsest,      threads,        options.fit,
+                           options.measure,       options.samples};
     if (!options.goal.any()) {
       write_output(bundle, output, plan, budget, progress, report);
       break;
@@ -152,11 +173,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   }
   progress.check();
   if (has_bundle) staged_bundle->directory_to_target();
-  if (has_output) {
-    report.bytes_written += std::filesystem::file_size(staged_output->path());
-    staged_output->file_to_target();
-    report.output_path = options.output.string();
-  }
+  if (has_output) staged_output->outputs_to_targets(report);
   monitor.finish(report);
   return report;
 }
@@ -193,12 +210,10 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
                                                       : parent_of(options.output));
   const Staged staged(options.output);
   write_output(bundle,
-               {staged.path(), temp.path(), options.level, threads, options.fit, options.measure,
-                options.samples},
+               {staged.path(), temp.path(), options.level, options.coarsest, threads, options.fit,
+                options.measure, options.samples},
                plan, budget, progress, report);
-  report.bytes_written += std::filesystem::file_size(staged.path());
-  staged.file_to_target();
-  report.output_path = options.output.string();
+  staged.outputs_to_targets(report);
   monitor.finish(report);
   return report;
 }

@@ -11,11 +11,12 @@ namespace remaps::pipeline {
 
 struct RemeshOptions {
   std::filesystem::path input;
-  std::filesystem::path output;       ///< .ply or .obj; empty: parameterize only
+  std::filesystem::path output;       ///< in a format that is written; empty: parameterize only
   std::filesystem::path bundle;       ///< a directory NAME.remaps; empty: none is kept
   std::filesystem::path temp_dir;     ///< empty: beside the output or bundle
   std::uint64_t base_vertices = 200;  ///< at least 4
   unsigned level = 5;                 ///< subdivisions of the base, 0 to 14
+  std::optional<unsigned> coarsest;   ///< one mesh a level from this to `level`, at level_path
   std::uint64_t memory_bytes =
       256u << 20;  ///< peak memory of the run, without the constant 32 MiB of program and libraries
   unsigned threads = 0;  ///< 0: one a processor
@@ -47,6 +48,7 @@ struct ResampleBundleOptions {
   std::filesystem::path output;
   std::filesystem::path temp_dir;
   unsigned level = 5;
+  std::optional<unsigned> coarsest;
   std::uint64_t memory_bytes = 256u << 20;
   unsigned threads = 0;
   bool measure = true;

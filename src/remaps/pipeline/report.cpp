@@ -34,6 +34,13 @@ std::string to_json(const Report& r) {
   json["level"] = r.level;
   json["output"] = {
       {"path", r.output_path}, {"vertices", r.output_vertices}, {"faces", r.output_faces}};
+  json["outputs"] = Json::array();
+  for (const Report::Output& output : r.outputs) {
+    json["outputs"].push_back({{"path", output.path},
+                               {"level", output.level},
+                               {"vertices", output.vertices},
+                               {"faces", output.faces}});
+  }
   json["seconds"] = {{"ingest", r.seconds_ingest},   {"sweeps", r.seconds_sweeps},
                      {"map", r.seconds_map},         {"resample", r.seconds_resample},
                      {"measure", r.seconds_measure}, {"total", r.seconds_total}};

@@ -53,6 +53,11 @@ struct Report {
     double seconds = 0;
     std::uint64_t rss_bytes = 0;
   };
+  struct Output {
+    std::string path;
+    unsigned level = 0;
+    std::uint64_t vertices = 0, faces = 0;
+  };
   /// How evenly the map spreads the surface over the base.
   struct Quality {
     double area_ratio = 0;  ///< largest to median surface area of a base face
@@ -69,8 +74,9 @@ struct Report {
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;
   unsigned level = 0;
-  std::string output_path;
+  std::string output_path;  ///< of the finest mesh, as all of `output` is
   std::uint64_t output_vertices = 0, output_faces = 0;
+  std::vector<Output> outputs;  ///< one a level, the coarsest first; without --levels the only one
 
   double seconds_ingest = 0, seconds_sweeps = 0, seconds_map = 0, seconds_resample = 0,
          seconds_measure = 0, seconds_total = 0;

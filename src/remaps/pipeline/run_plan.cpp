@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 
 #include "remaps/formats/file_extension.h"
 #include "remaps/formats/mesh_reader.h"
@@ -44,7 +45,8 @@ double locked_fraction(std::uint64_t segment_faces) {
 
 std::uint64_t guess_vertices(const std::filesystem::path& path) {
   const std::string extension = content_extension(path);
-  return guess_content_bytes(path) / (extension == ".ply"   ? kBinaryBytes
+  const bool is_binary = extension == ".ply" || extension == ".glb";
+  return guess_content_bytes(path) / (is_binary             ? kBinaryBytes
                                       : extension == ".stl" ? kStlBytes
                                                             : kTextBytes);
 }
