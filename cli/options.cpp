@@ -120,6 +120,18 @@ CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, do
       ->default_str(fmt::format("{}", value));
 }
 
+CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
+                       const std::string& description) {
+  return add_parsed(verb, name, value, "DEG", description, [](const std::string& text) {
+    const auto number = parse_real(text);
+    if (!number || !(*number > 0 && *number < 180)) {
+      throw UsageError(
+          fmt::format("\"{}\" is not an angle in degrees between 0 and 180, such as 30", text));
+    }
+    return *number;
+  });
+}
+
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
                    fs::path& temp_dir, const std::string& place) {
   add_parsed(verb, "--memory", memory_bytes, "SIZE",

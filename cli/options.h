@@ -31,6 +31,10 @@ CLI::Option* add_small(CLI::App& verb, const std::string& name, unsigned& value,
 CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, double least,
                       double most, const std::string& description);
 
+/// An angle in degrees, above 0 and below 180; the help says what happens without it.
+CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
+                       const std::string& description);
+
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,

@@ -15,6 +15,7 @@ struct ParameterizeJob {
   std::filesystem::path temp_dir;  ///< an empty directory for everything else
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
+  double feature_angle_deg = 0;  ///< 0: no features
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
 };
 

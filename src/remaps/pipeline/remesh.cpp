@@ -115,8 +115,14 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
         expect_output({guess_vertices(options.input), static_cast<std::uint64_t>(vertices),
                        options.fit, options.measure, options.samples}));
   }
-  ParameterizeJob job{options.input,         bundle_path, temp.path(),
-                      options.base_vertices, threads,     has_bundle};
+  ParameterizeJob job;
+  job.input = options.input;
+  job.bundle = bundle_path;
+  job.temp_dir = temp.path();
+  job.base_vertices = options.base_vertices;
+  job.threads = threads;
+  job.feature_angle_deg = options.feature_angle_deg;
+  job.write_map = has_bundle;
   parameterize(job, plan, budget, progress, report);
   if (has_output) {
     const Bundle bundle(bundle_path);

@@ -15,6 +15,14 @@ std::string to_json(const Report& r) {
                    {"boundary_loops", r.boundary_loops},
                    {"euler_characteristic", r.euler_characteristic}};
   json["repairs"] = {{"unreferenced_vertices", r.unreferenced_vertices}};
+  if (r.features) {
+    json["features"] = {{"angle_deg", r.features->angle_deg},
+                        {"edges", r.features->edges},
+                        {"dropped_edges", r.features->dropped_edges},
+                        {"corners", r.features->corners},
+                        {"base_edges", r.features->base_edges},
+                        {"least_base_vertices", r.features->least_base_vertices}};
+  }
   json["base"] = {{"vertices", r.base_vertices},
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};
