@@ -102,6 +102,10 @@ std::string to_table(const Json& manifest, const std::filesystem::path& path) {
   text += fmt::format("base      {}, {} ({} asked for)\n", counted(base.vertices, "vertex"),
                       counted(base.faces, "face"),
                       with_commas(manifest.at("base_vertices_requested").get<std::uint64_t>()));
+  if (manifest.contains("feature_angle_deg")) {
+    text += fmt::format("features  edges sharper than {:g} degrees\n",
+                        manifest.at("feature_angle_deg").get<double>());
+  }
   std::string segments;
   for (const Json& level : manifest.at("levels")) {
     if (!segments.empty()) segments += ", ";

@@ -133,6 +133,18 @@ CLI::Option* add_length(CLI::App& verb, const std::string& name, std::optional<d
   });
 }
 
+CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
+                       const std::string& description) {
+  return add_parsed(verb, name, value, "DEG", description, [](const std::string& text) {
+    const auto number = parse_real(text);
+    if (!number || !(*number > 0 && *number < 180)) {
+      throw UsageError(
+          fmt::format("\"{}\" is not an angle in degrees between 0 and 180, such as 30", text));
+    }
+    return *number;
+  });
+}
+
 CLI::Option* add_input_mesh(CLI::App& verb, const std::string& name, fs::path& path) {
   return add_path(verb, name, path,
                   "Mesh to read: .ply, .obj, .off or .stl; .gz and .zst of them; .glb, .gltf");

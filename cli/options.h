@@ -44,6 +44,9 @@ void add_weld(CLI::App& verb, std::optional<double>& distance);
 /// --level and --levels, one of which may be given: the second, "A..B", sets both values, to B and
 /// A.
 void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest);
+/// An angle in degrees, above 0 and below 180; the help says what happens without it.
+CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
+                       const std::string& description);
 
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.

@@ -111,6 +111,9 @@ void resample(ResampleArguments& a) {
 void add_base_options(CLI::App& verb, pipeline::RemeshOptions& o) {
   add_count(verb, "--base-vertices", o.base_vertices, 4,
             "Vertices of the base mesh, at least 4; more remain if topology and shape ask for it");
+  add_angle(verb, "--feature-angle", o.feature_angle_deg,
+            "Keep edges whose faces' normals differ by more than this as edges of the base. "
+            "Default: none are kept");
 }
 
 void add_repair_options(CLI::App& verb, pipeline::RemeshOptions& o) {

@@ -52,6 +52,27 @@ std::string repair_text(const pipeline::Repairs& r) {
   return text;
 }
 
+std::string features_text(const Report::Features& f) {
+  std::string text =
+      fmt::format("{} sharper than {:g} degrees", counted(f.edges, "edge"), f.angle_deg);
+  if (f.dropped_edges != 0)
+    text += fmt::format(", {} too short to keep", with_commas(f.dropped_edges));
+  return text + fmt::format("; on the base {}, {}", counted(f.base_edges, "edge"),
+                            counted(f.corners, "corner"));
+}
+
+/// Why the base has more vertices than asked for.
+std::string larger_base_text(const Report& r) {
+  const bool featured = r.features && r.features->least_base_vertices != 0;
+  std::string text =
+      fmt::format("asked for {} base vertices; {} allow no fewer than {}",
+                  with_commas(r.base_vertices_requested),
+                  featured ? "features, topology and shape" : "topology and shape",
+                  with_commas(featured ? r.features->least_base_vertices : r.base_vertices));
+  if (featured) text += fmt::format("\n{:<9} half as many more are kept; fewer spoil the map", "");
+  return text;
+}
+
 std::string error_lines(const SurfaceError& error) {
   constexpr const char* kRow = "{:<9} {:<16} L2 {:>9}   max {:>9}\n";
   std::string text = fmt::format(kRow, "error", "input to output", error_text(error.l2_forward),
@@ -91,11 +112,10 @@ std::string report_table(const Report& r) {
   text += line("", topology_text(r));
   if (const std::string repairs = repair_text(r.repairs); !repairs.empty())
     text += line("repaired", repairs);
+  if (r.features) text += line("features", features_text(*r.features));
   text += line("base", mesh(r.base_vertices, r.base_faces));
   if (r.base_vertices_requested != 0 && r.base_vertices > r.base_vertices_requested) {
-    text += line(
-        "", fmt::format("asked for {} base vertices; topology and shape allow no fewer than {}",
-                        with_commas(r.base_vertices_requested), with_commas(r.base_vertices)));
+    text += line("", larger_base_text(r));
   }
   if (!r.output_path.empty()) {
     text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),

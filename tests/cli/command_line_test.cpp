@@ -73,6 +73,9 @@ TEST_F(CommandLine, RefusesValuesOutOfRange) {
     expect_refused("--memory", value);
   }
   for (const char* const value : {"0", "many"}) expect_refused("--samples", value);
+  for (const char* const value : {"0", "180", "-30", "nan", "sharp"}) {
+    expect_refused("--feature-angle", value);
+  }
   expect_refused("--domain-buffer", "x");
   expect_refused("--map-buffer", "-3");
 }

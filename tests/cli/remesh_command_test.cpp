@@ -111,6 +111,21 @@ TEST_F(CommandLine, RemeshSaysWhenTheBaseIsLargerThanAskedFor) {
   EXPECT_FALSE(parse_file(directory() / "r.json").contains("error"));
 }
 
+TEST_F(CommandLine, RemeshTellsOfFeatures) {
+  generate("in.ply", "5k");
+  const Finished finished =
+      run_well(remesh_arguments({"--feature-angle", "179.5", "--report", "r.json"}));
+  EXPECT_NE(finished.out.find("features  0 edges sharper than 179.5 degrees; on the base 0 edges"),
+            std::string::npos)
+      << finished.out;
+  const Json features = parse_file(directory() / "r.json").at("features");
+  EXPECT_EQ(features.at("angle_deg"), 179.5);
+  EXPECT_EQ(features.at("edges"), 0);
+  EXPECT_EQ(features.at("corners"), 0);
+  run_well(remesh_arguments({"--report", "r.json"}));
+  EXPECT_FALSE(parse_file(directory() / "r.json").contains("features"));
+}
+
 TEST_F(CommandLine, RemeshAcceptsSizesWithSuffixes) {
   generate("in.ply", "2k");
   const std::pair<const char*, std::uint64_t> sizes[] = {{"134217728", 128u << 20},

@@ -26,6 +26,7 @@ struct FacePayload {
   FaceId input_face = 0;
   float load = 0;
   FaceLink origin;
+  std::uint8_t feature = 0;  ///< see Segment; kept only with carry_features
 };
 
 /// Finds the local index of a global vertex id; kept as scratch between segments. A table over the
@@ -80,6 +81,10 @@ class DomainLevel {
   std::uint64_t mixed_faces() const { return mixed_faces_; }
   /// Faces of the fullest segment, ghosts included.
   std::uint64_t largest_segment() const;
+
+  /// Faces take FacePayload::feature along, a byte each. To be called before the first face, not at
+  /// level 0.
+  void carry_features() { features_ = true; }
 
   /// Adds a vertex to its own segment. The quadric is not used at level 0.
   void add_vertex(const RoutedVertex& vertex, const Quadric& quadric);
@@ -140,6 +145,7 @@ class DomainLevel {
                   std::vector<FaceLink>& origin);
 
   unsigned level_;
+  bool features_ = false;
   SpaceCut cut_;
   Reservation reservation_;
   store::BucketFile vertex_file_;

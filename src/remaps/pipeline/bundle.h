@@ -26,6 +26,7 @@ struct Manifest {
   Vec3 origin;                        ///< added to stored positions
   double diagonal = 0;                ///< of the input's bounding box
   std::uint64_t base_vertices_requested = 0;
+  double feature_angle_deg = 0;         ///< 0: features were not kept
   unsigned levels = 0;                  ///< number of logs
   std::vector<std::uint64_t> segments;  ///< (levels)
   std::uint64_t map_checksum = 0;       ///< XXH3-64 of map.bin

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <vector>
 
@@ -54,6 +55,7 @@ class Parameterizer {
                       job_.base_vertices, 2 * job_.base_vertices, plan_.domain_buffer,
                       (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
     }
+    report_.repairs = {};
     plan_phases(guess_vertices(job_.input));
     read_input();
     if (job_.repair.any()) repair_input();
@@ -96,6 +98,7 @@ class Parameterizer {
     manifest_.origin = ingested_.origin;
     manifest_.diagonal = ingested_.diagonal;
     manifest_.base_vertices_requested = job_.base_vertices;
+    manifest_.feature_angle_deg = job_.feature_angle_deg;
   }
 
   /// Counts what ingest left out, or refuses it.
@@ -173,9 +176,11 @@ class Parameterizer {
     const double locked = std::min(double(level.mixed_faces()), vertices);
     const double left = locked + keep * (vertices - locked);
     const std::size_t segments = segments_for(static_cast<std::uint64_t>(2 * left), plan_);
-    return std::make_unique<DomainLevel>(level.level() + 1,
-                                         SpaceCut(sample.kept(), segments, level.level() + 1),
-                                         job_.temp_dir, plan_.bucket_bytes, budget_);
+    auto next = std::make_unique<DomainLevel>(level.level() + 1,
+                                              SpaceCut(sample.kept(), segments, level.level() + 1),
+                                              job_.temp_dir, plan_.bucket_bytes, budget_);
+    if (job_.feature_angle_deg > 0) next->carry_features();
+    return next;
   }
 
   void sweep_to_base() {
@@ -199,6 +204,7 @@ class Parameterizer {
       options.base_vertices = job_.base_vertices;
       options.draft = level->vertices() > kDraftAbove * job_.base_vertices;
       options.diagonal = ingested_.diagonal;
+      options.feature_angle_rad = job_.feature_angle_deg * std::numbers::pi / 180;
       options.threads = plan_.sweep_threads;
       options.input_name = job_.input.string();
       options.progress = &progress_;
@@ -230,13 +236,29 @@ class Parameterizer {
     manifest_.segments.push_back(counts.segments);
     report_.sweeps.push_back({counts.faces_in, counts.faces_out, counts.segments});
     if (level == 0) report_.repairs.unreferenced_vertices = counts.unreferenced_vertices;
+    record_features(level, counts);
     if (counts.segments > 1 && double(counts.faces_out) > 0.97 * double(counts.faces_in)) {
       throw BudgetError(fmt::format(
           "with segments of {} faces the sweeps cannot simplify further: {} faces are left. A "
           "--domain-buffer of {} faces "
-          "would take them in one piece",
-          plan_.segment_faces, counts.faces_out, counts.faces_out + counts.faces_out / 10));
+          "would take them in one piece{}",
+          plan_.segment_faces, counts.faces_out, counts.faces_out + counts.faces_out / 10,
+          counts.corners == 0
+              ? ""
+              : fmt::format("; {} corners of features stay in any case, fewer with a larger "
+                            "--feature-angle",
+                            counts.corners)));
     }
+  }
+
+  void record_features(unsigned level, const simplify::SweepCounts& counts) {
+    if (job_.feature_angle_deg <= 0) return;
+    if (level == 0)
+      report_.features = Report::Features{job_.feature_angle_deg, counts.feature_edges};
+    report_.features->dropped_edges += counts.dropped_features;
+    report_.features->corners = counts.corners;
+    report_.features->base_edges = counts.base_feature_edges;
+    report_.features->least_base_vertices = counts.least_vertices;
   }
 
   void map_vertices() {

@@ -20,6 +20,7 @@ struct ParameterizeJob {
   bool strict = false;  ///< refuse what would need repair
   RepairChoices repair;
   std::optional<double> weld_distance;  ///< in file units: docs/design/weld.md
+  double feature_angle_deg = 0;         ///< 0: no features
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
 };
 

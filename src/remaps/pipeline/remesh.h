@@ -17,6 +17,9 @@ struct RemeshOptions {
   std::uint64_t base_vertices = 200;  ///< at least 4
   unsigned level = 5;                 ///< subdivisions of the base, 0 to 14
   std::optional<unsigned> coarsest;   ///< one mesh a level from this to `level`, at level_path
+  /// Edges between faces whose normals differ by more become chains of base edges; above 0, below
+  /// 180. 0: none.
+  double feature_angle_deg = 0;
   std::uint64_t memory_bytes =
       256u << 20;  ///< peak memory of the run, without the constant 32 MiB of program and libraries
   unsigned threads = 0;  ///< 0: one a processor

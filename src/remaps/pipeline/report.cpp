@@ -28,6 +28,14 @@ std::string to_json(const Report& r) {
                      {"dropped_component_faces", r.repairs.dropped_component_faces},
                      {"filled_holes", r.repairs.filled_holes},
                      {"filled_faces", r.repairs.filled_faces}};
+  if (r.features) {
+    json["features"] = {{"angle_deg", r.features->angle_deg},
+                        {"edges", r.features->edges},
+                        {"dropped_edges", r.features->dropped_edges},
+                        {"corners", r.features->corners},
+                        {"base_edges", r.features->base_edges},
+                        {"least_base_vertices", r.features->least_base_vertices}};
+  }
   json["base"] = {{"vertices", r.base_vertices},
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};

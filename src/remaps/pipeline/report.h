@@ -64,6 +64,17 @@ struct Report {
     double l2_stretch = 0;  ///< area-weighted, 1 = isometric up to scale [Sander 2001]
   };
 
+  /// Sharp edges that were kept.
+  struct Features {
+    double angle_deg = 0;
+    std::uint64_t edges = 0;          ///< of the input, sharper than that
+    std::uint64_t dropped_edges = 0;  ///< in short chains with a loose end
+    std::uint64_t corners = 0;        ///< vertices of the base that features keep there
+    std::uint64_t base_edges = 0;     ///< of the base that lie on features
+    /// What the base could come down to, where that is more than asked for, else 0. It is larger.
+    std::uint64_t least_base_vertices = 0;
+  };
+
   std::string input_path;
   std::uint64_t input_vertices = 0, input_faces = 0;
   double bbox_diagonal = 0;
@@ -71,6 +82,7 @@ struct Report {
   std::int64_t euler_characteristic = 0;
   Repairs repairs;
 
+  std::optional<Features> features;  ///< with feature_angle_deg
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;
   unsigned level = 0;
