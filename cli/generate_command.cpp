@@ -91,7 +91,8 @@ void add_generate_command(CLI::App& program, Action& action) {
                "generate scan.ply --vertices 20M --base torus --seed 7");
   auto a = std::make_shared<Arguments>();
   GeneratorOptions& o = a->options;
-  add_path(verb, "OUTPUT", a->output, "Mesh to write: .ply or .obj")->required();
+  add_path(verb, "OUTPUT", a->output, "Mesh to write: .ply, .obj, .off, .stl, .glb or .vtp")
+      ->required();
   add_count(verb, "--vertices", o.vertices, 1,
             "Wanted number of vertices, met as nearly as the base allows; k, M, G of 1000");
   verb.add_option("--base", a->base, "Shape: icosahedron (sphere), torus, double-torus or disk")

@@ -28,6 +28,7 @@ struct MeshInfo {
   Box3 box;
   bool is_float = false;
   std::vector<AttributeSpec> attributes;
+  bool is_soup = false;
 };
 
 MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
@@ -42,6 +43,7 @@ MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
     advance();
   });
   info.is_float = reader->positions_are_float();
+  info.is_soup = reader->vertex_sharing() == VertexSharing::none;
   progress.begin("faces");
   reader->read_triangles([&](std::span<const Triangle> triangles) {
     info.faces += triangles.size();
@@ -85,6 +87,7 @@ std::string to_json(const MeshInfo& info, const std::filesystem::path& path) {
   json["bytes"] = info.bytes;
   json["vertices"] = info.vertices;
   json["faces"] = info.faces;
+  json["faces_share_vertices"] = !info.is_soup;
   json["coordinates"] = info.is_float ? "float" : "double";
   if (info.box.empty()) {
     json["bbox"] = nullptr;
@@ -103,6 +106,7 @@ std::string to_table(const MeshInfo& info, const std::filesystem::path& path) {
   std::string text = fmt::format("{}: {}\n", path.string(), bytes_text(info.bytes));
   text += fmt::format("vertices  {}, coordinates are {}\n", with_commas(info.vertices),
                       info.is_float ? "float" : "double");
+  if (info.is_soup) text += "          one a corner: those at one place become one when remeshed\n";
   text += fmt::format("faces     {}, as triangles\n", with_commas(info.faces));
   if (!info.attributes.empty()) text += "carries   " + to_text(info.attributes) + "\n";
   if (!info.box.empty()) {
@@ -139,6 +143,10 @@ std::string to_table(const Json& manifest, const std::filesystem::path& path) {
       names += (names.empty() ? "" : ", ") + spec.at("name").get<std::string>();
     }
     text += fmt::format("carries   {}\n", names);
+  }
+  if (manifest.contains("feature_angle_deg")) {
+    text += fmt::format("features  edges sharper than {:g} degrees\n",
+                        manifest.at("feature_angle_deg").get<double>());
   }
   std::string segments;
   for (const Json& level : manifest.at("levels")) {
@@ -190,7 +198,9 @@ void add_info_command(CLI::App& program, Action& action) {
       program, "info", "Say what a mesh file or a bundle holds: counts, bounding box, topology",
       "info scan.remaps --json");
   auto a = std::make_shared<Arguments>();
-  add_path(verb, "FILE", a->path, "A mesh (.ply, .obj, .off) or a bundle")->required();
+  add_path(verb, "FILE", a->path,
+           "A mesh (.ply, .obj, .off, .stl; .gz and .zst of them; .glb, .gltf) or a bundle")
+      ->required();
   add_json(verb, a->json);
   add_quiet(verb, a->quiet);
   verb.callback([a, &action] { action = [a] { show_info(*a); }; });

@@ -61,6 +61,7 @@ int run(int argc, char** argv) {
   add_remesh_commands(program, action);
   add_query_commands(program, action);
   add_measure_command(program, action);
+  add_check_command(program, action);
   add_info_command(program, action);
   add_generate_command(program, action);
 

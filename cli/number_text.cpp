@@ -46,8 +46,9 @@ std::string with_commas(std::uint64_t n) {
 
 std::string counted(std::uint64_t n, std::string_view noun) {
   if (n == 1) return fmt::format("1 {}", noun);
-  return noun == "vertex" ? with_commas(n) + " vertices"
-                          : fmt::format("{} {}s", with_commas(n), noun);
+  return noun.ends_with("vertex")
+             ? fmt::format("{} {}ices", with_commas(n), noun.substr(0, noun.size() - 2))
+             : fmt::format("{} {}s", with_commas(n), noun);
 }
 
 std::string bytes_text(std::uint64_t bytes) {

@@ -11,6 +11,7 @@
 #include "number_text.h"
 #include "remaps/base/errors.h"
 #include "remaps/formats/mesh_writer.h"
+#include "remaps/pipeline/output_levels.h"
 
 namespace remaps::cli {
 namespace {
@@ -120,6 +121,68 @@ CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, do
       ->default_str(fmt::format("{}", value));
 }
 
+CLI::Option* add_length(CLI::App& verb, const std::string& name, std::optional<double>& value,
+                        const std::string& description) {
+  return add_parsed(verb, name, value, "X", description, [](const std::string& text) {
+    const auto number = parse_real(text);
+    if (!number || !(*number >= 0)) {
+      throw UsageError(
+          fmt::format("\"{}\" is not a length, 0 or more, in the units of the file", text));
+    }
+    return *number;
+  });
+}
+
+CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
+                       const std::string& description) {
+  return add_parsed(verb, name, value, "DEG", description, [](const std::string& text) {
+    const auto number = parse_real(text);
+    if (!number || !(*number > 0 && *number < 180)) {
+      throw UsageError(
+          fmt::format("\"{}\" is not an angle in degrees between 0 and 180, such as 30", text));
+    }
+    return *number;
+  });
+}
+
+CLI::Option* add_input_mesh(CLI::App& verb, const std::string& name, fs::path& path) {
+  return add_path(verb, name, path,
+                  "Mesh to read: .ply, .obj, .off or .stl; .gz and .zst of them; .glb, .gltf");
+}
+
+void add_weld(CLI::App& verb, std::optional<double>& distance) {
+  add_length(verb, "--weld", distance,
+             "Join vertices within this distance of each other, in the units of the file; 0: those "
+             "at exactly one place, as is always done for STL")
+      ->type_name("EPS");
+}
+
+void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest) {
+  static constexpr unsigned kMost = 14;
+  CLI::Option* const one = add_small(
+      verb, "--level", level, kMost,
+      fmt::format("Subdivisions of the base, 0 to {}; each makes four faces of one", kMost));
+  verb.add_option_function<std::string>(
+          "--levels",
+          [&level, &coarsest](const std::string& text) {
+            const std::size_t dots = text.find("..");
+            const auto first = parse_integer(text.substr(0, dots));
+            const auto last =
+                dots == std::string::npos ? first : parse_integer(text.substr(dots + 2));
+            if (!first || !last || *first > *last || *last > kMost) {
+              throw CLI::ValidationError(
+                  "--levels", fmt::format("\"{}\" is not a range of levels such as 0..5, 0 to {}",
+                                          text, kMost));
+            }
+            coarsest = static_cast<unsigned>(*first);
+            level = static_cast<unsigned>(*last);
+          },
+          "One mesh for each of these levels: 0..5 makes out-l0.ply to out-l5.ply of OUTPUT "
+          "out.ply. Errors are those of the finest")
+      ->type_name("A..B")
+      ->excludes(one);
+}
+
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
                    fs::path& temp_dir, const std::string& place) {
   add_parsed(verb, "--memory", memory_bytes, "SIZE",
@@ -199,9 +262,19 @@ void check_output_file(const fs::path& path) {
 
 void check_output_mesh(const fs::path& path) {
   if (!is_writable_mesh(path)) {
-    throw UsageError(path.string() + ": meshes are written as .ply or .obj");
+    throw UsageError(
+        fmt::format("{}: meshes are written as one of {}", path.string(), kWritableMeshes));
   }
   check_output_file(path);
+}
+
+std::vector<fs::path> output_meshes(const fs::path& output, std::optional<unsigned> coarsest,
+                                    unsigned level) {
+  if (output.empty()) return {};
+  if (!coarsest) return {output};
+  std::vector<fs::path> paths;
+  for (unsigned l = *coarsest; l <= level; ++l) paths.push_back(pipeline::level_path(output, l));
+  return paths;
 }
 
 void check_output_bundle(const fs::path& path) {

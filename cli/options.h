@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "remaps/mesh/attributes.h"
 
@@ -20,6 +22,7 @@ void add_remesh_commands(CLI::App& program, Action& action);
 void add_query_commands(CLI::App& program, Action& action);
 void add_measure_command(CLI::App& program, Action& action);
 void add_info_command(CLI::App& program, Action& action);
+void add_check_command(CLI::App& program, Action& action);
 void add_generate_command(CLI::App& program, Action& action);
 
 /// Options that hold a path, a count (200, 10k, 5M), a size (256M, 1.5G) or a number in a range.
@@ -32,6 +35,20 @@ CLI::Option* add_small(CLI::App& verb, const std::string& name, unsigned& value,
                        const std::string& description);
 CLI::Option* add_real(CLI::App& verb, const std::string& name, double& value, double least,
                       double most, const std::string& description);
+
+/// An optional length of 0 or more.
+CLI::Option* add_length(CLI::App& verb, const std::string& name, std::optional<double>& value,
+                        const std::string& description);
+
+/// A mesh file, with the formats in its help; and --weld.
+CLI::Option* add_input_mesh(CLI::App& verb, const std::string& name, std::filesystem::path& path);
+void add_weld(CLI::App& verb, std::optional<double>& distance);
+/// --level and --levels, one of which may be given: the second, "A..B", sets both values, to B and
+/// A.
+void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest);
+/// An angle in degrees, above 0 and below 180; the help says what happens without it.
+CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
+                       const std::string& description);
 
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.
@@ -51,6 +68,9 @@ void check_bundle(const std::filesystem::path& path);
 /// @throws UsageError  not a format that is written, a directory, or in a place that cannot be
 /// written to
 void check_output_mesh(const std::filesystem::path& path);
+/// The meshes that a job writes: `output`, or one for each level.
+std::vector<std::filesystem::path> output_meshes(const std::filesystem::path& output,
+                                                 std::optional<unsigned> coarsest, unsigned level);
 /// @throws UsageError  a directory, or in a place that cannot be written to
 void check_output_file(const std::filesystem::path& path);
 /// @throws UsageError  something else is there, or the place cannot be written to

@@ -1,4 +1,5 @@
 #include <memory>
+#include <optional>
 
 #include "help_text.h"
 #include "options.h"
@@ -10,6 +11,8 @@
 
 namespace remaps::cli {
 namespace {
+
+constexpr const char* kOutputHelp = "Mesh to write: .ply, .obj, .off, .stl, .glb or .vtp";
 
 /// How a run tells what it did.
 struct Reporting {
@@ -45,6 +48,7 @@ struct Reporting {
 
 struct RemeshArguments {
   pipeline::RemeshOptions options;
+  std::string error_kind = "l2";
   Reporting reporting;
   bool no_measure = false;
 };
@@ -59,21 +63,25 @@ struct ResampleArguments {
 void check(const RemeshArguments& a) {
   const pipeline::RemeshOptions& o = a.options;
   check_input_file(o.input);
-  if (!o.output.empty()) check_output_mesh(o.output);
   if (!o.bundle.empty()) check_output_bundle(o.bundle);
   check_temp_dir(o.temp_dir);
   a.reporting.check();
-  check_distinct(o.input, "input", o.output, "output");
+  for (const std::filesystem::path& output : output_meshes(o.output, o.coarsest, o.level)) {
+    check_output_mesh(output);
+    check_distinct(o.input, "input", output, "output");
+    check_distinct(output, "output", o.bundle, "bundle");
+    check_distinct(output, "output", a.reporting.file, "report");
+  }
   check_distinct(o.input, "input", o.bundle, "bundle");
-  check_distinct(o.output, "output", o.bundle, "bundle");
   check_distinct(o.input, "input", a.reporting.file, "report");
-  check_distinct(o.output, "output", a.reporting.file, "report");
   check_distinct(o.bundle, "bundle", a.reporting.file, "report");
 }
 
 void remesh(RemeshArguments& a) {
   check(a);
   a.options.measure = !a.no_measure;
+  a.options.goal.kind =
+      a.error_kind == "max" ? pipeline::ErrorKind::kMax : pipeline::ErrorKind::kL2;
   pipeline::Report report;
   {
     ProgressBar bar(a.reporting.quiet);
@@ -84,10 +92,13 @@ void remesh(RemeshArguments& a) {
 
 void resample(ResampleArguments& a) {
   check_bundle(a.options.bundle);
-  check_output_mesh(a.options.output);
   check_temp_dir(a.options.temp_dir);
   a.reporting.check();
-  check_distinct(a.options.output, "output", a.reporting.file, "report");
+  for (const std::filesystem::path& output :
+       output_meshes(a.options.output, a.options.coarsest, a.options.level)) {
+    check_output_mesh(output);
+    check_distinct(output, "output", a.reporting.file, "report");
+  }
   a.options.measure = !a.no_measure;
   pipeline::Report report;
   {
@@ -100,6 +111,19 @@ void resample(ResampleArguments& a) {
 void add_base_options(CLI::App& verb, pipeline::RemeshOptions& o) {
   add_count(verb, "--base-vertices", o.base_vertices, 4,
             "Vertices of the base mesh, at least 4; more remain if topology and shape ask for it");
+  add_angle(verb, "--feature-angle", o.feature_angle_deg,
+            "Keep edges whose faces' normals differ by more than this as edges of the base. "
+            "Default: none are kept");
+}
+
+void add_repair_options(CLI::App& verb, pipeline::RemeshOptions& o) {
+  add_weld(verb, o.weld_distance);
+  verb.add_flag("--strict", o.strict, "Refuse a mesh that needs repair; see the verb check");
+  add_count(verb, "--min-component", o.min_component, 0,
+            "Drop components of fewer faces; 0: keep all")
+      ->type_name("FACES");
+  add_count(verb, "--fill-holes", o.fill_holes, 0, "Fill holes of at most so many edges; 0: none")
+      ->type_name("EDGES");
 }
 
 void add_buffer_options(CLI::App& verb, pipeline::RemeshOptions& o) {
@@ -113,14 +137,30 @@ void add_buffer_options(CLI::App& verb, pipeline::RemeshOptions& o) {
 }
 
 /// What the output is like: for remesh and resample alike.
-void add_output_options(CLI::App& verb, unsigned& level, bool& fit, bool& no_measure,
-                        std::uint64_t& samples) {
-  add_small(verb, "--level", level, 14,
-            "Subdivisions of the base, 0 to 14; each makes four faces of one");
+void add_output_options(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarsest,
+                        bool& fit, bool& no_measure, std::uint64_t& samples) {
+  add_levels(verb, level, coarsest);
   verb.add_flag("--fit", fit,
                 "Move the output's vertices to the least-squares fit of the input's points");
   verb.add_flag("--no-measure", no_measure, "Do not measure the error of the output");
   add_samples(verb, samples);
+}
+
+/// An error to be met instead of a level.
+void add_goal_options(CLI::App& verb, RemeshArguments& a) {
+  CLI::Option* const goal =
+      add_real(verb, "--max-error", a.options.goal.most, 0, 1,
+               "Choose the lowest level, and if need be a larger base, whose measured error is at "
+               "most this fraction of the diagonal; 0: --level decides");
+  goal->excludes(verb.get_option("--level"))->excludes(verb.get_option("--no-measure"));
+  verb.add_option("--max-error-kind", a.error_kind, "Error to be met: l2 or max")
+      ->check(CLI::IsMember({"l2", "max"}))
+      ->capture_default_str()
+      ->needs(goal);
+  add_count(verb, "--max-faces", a.options.goal.max_faces, 0,
+            "Faces of the output at most, for --max-error; 0: 16 times the input's")
+      ->type_name("FACES")
+      ->needs(goal);
 }
 
 void add_remesh(CLI::App& program, Action& action) {
@@ -129,10 +169,12 @@ void add_remesh(CLI::App& program, Action& action) {
                "remesh scan.ply remesh.ply --level 6 --memory 1G --bundle scan.remaps");
   auto a = std::make_shared<RemeshArguments>();
   pipeline::RemeshOptions& o = a->options;
-  add_path(verb, "INPUT", o.input, "Mesh to read: .ply, .obj or .off")->required();
-  add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
+  add_input_mesh(verb, "INPUT", o.input)->required();
+  add_path(verb, "OUTPUT", o.output, kOutputHelp)->required();
   add_base_options(verb, o);
-  add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_repair_options(verb, o);
+  add_output_options(verb, o.level, o.coarsest, o.fit, a->no_measure, o.samples);
+  add_goal_options(verb, *a);
   add_attributes(verb, o.attributes, "from the input to output and bundle");
   add_path(verb, "--bundle", o.bundle,
            "Keep base and exact map in this directory, for resample, verify and locate")
@@ -147,11 +189,12 @@ void add_parameterize(CLI::App& program, Action& action) {
       add_verb(program, "parameterize", "Make the base and the exact map only, as a bundle",
                "parameterize scan.ply scan.remaps --base-vertices 500");
   auto a = std::make_shared<RemeshArguments>();
-  add_path(verb, "INPUT", a->options.input, "Mesh to read: .ply, .obj or .off")->required();
+  add_input_mesh(verb, "INPUT", a->options.input)->required();
   add_path(verb, "BUNDLE", a->options.bundle, "Directory to write, by custom NAME.remaps")
       ->required();
   add_base_options(verb, a->options);
   add_attributes(verb, a->options.attributes, "from the input to the bundle");
+  add_repair_options(verb, a->options);
   add_buffer_options(verb, a->options);
   a->reporting.add_to(verb);
   a->no_measure = true;
@@ -165,8 +208,8 @@ void add_resample(CLI::App& program, Action& action) {
   auto a = std::make_shared<ResampleArguments>();
   pipeline::ResampleBundleOptions& o = a->options;
   add_path(verb, "BUNDLE", o.bundle, "Bundle to read")->required();
-  add_path(verb, "OUTPUT", o.output, "Mesh to write: .ply or .obj")->required();
-  add_output_options(verb, o.level, o.fit, a->no_measure, o.samples);
+  add_path(verb, "OUTPUT", o.output, kOutputHelp)->required();
+  add_output_options(verb, o.level, o.coarsest, o.fit, a->no_measure, o.samples);
   add_attributes(verb, o.attributes, "from the bundle to the output");
   add_resources(verb, o.memory_bytes, o.threads, o.temp_dir, "beside the result");
   a->reporting.add_to(verb);

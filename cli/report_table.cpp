@@ -24,9 +24,52 @@ std::string topology_text(const Report& r) {
         (2 - r.euler_characteristic - static_cast<std::int64_t>(r.boundary_loops)) / 2;
     text += fmt::format(", genus {}", handles);
   }
-  if (r.unreferenced_vertices != 0) {
-    text += fmt::format(", {} without a face", counted(r.unreferenced_vertices, "vertex"));
+  if (r.repairs.unreferenced_vertices != 0) {
+    text += fmt::format(", {} without a face", counted(r.repairs.unreferenced_vertices, "vertex"));
   }
+  if (r.repairs.welded_vertices != 0) {
+    text += fmt::format(", {} welded", counted(r.repairs.welded_vertices, "vertex"));
+  }
+  return text;
+}
+
+/// What repair did, an item each; empty when there was nothing to do.
+std::string repair_text(const pipeline::Repairs& r) {
+  std::string text;
+  const auto add = [&](std::uint64_t count, const char* noun, const char* what) {
+    if (count == 0) return;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", counted(count, noun), what);
+  };
+  add(r.nonfinite_vertices, "vertex", "not finite dropped");
+  add(r.nonfinite_faces, "face", "with them");
+  add(r.degenerate_faces, "degenerate face", "dropped");
+  add(r.duplicate_faces, "duplicate face", "dropped");
+  add(r.dropped_components, "small component", "dropped");
+  add(r.flipped_faces, "face", "turned");
+  add(r.nonmanifold_edges, "edge", "of more than two faces cut");
+  add(r.nonmanifold_vertices, "vertex", "with several fans split");
+  add(r.filled_holes, "hole", "filled");
+  return text;
+}
+
+std::string features_text(const Report::Features& f) {
+  std::string text =
+      fmt::format("{} sharper than {:g} degrees", counted(f.edges, "edge"), f.angle_deg);
+  if (f.dropped_edges != 0)
+    text += fmt::format(", {} too short to keep", with_commas(f.dropped_edges));
+  return text + fmt::format("; on the base {}, {}", counted(f.base_edges, "edge"),
+                            counted(f.corners, "corner"));
+}
+
+/// Why the base has more vertices than asked for.
+std::string larger_base_text(const Report& r) {
+  const bool featured = r.features && r.features->least_base_vertices != 0;
+  std::string text =
+      fmt::format("asked for {} base vertices; {} allow no fewer than {}",
+                  with_commas(r.base_vertices_requested),
+                  featured ? "features, topology and shape" : "topology and shape",
+                  with_commas(featured ? r.features->least_base_vertices : r.base_vertices));
+  if (featured) text += fmt::format("\n{:<9} half as many more are kept; fewer spoil the map", "");
   return text;
 }
 
@@ -80,15 +123,25 @@ std::string report_table(const Report& r) {
   std::string text = line(
       "input", fmt::format("{}: {}", name_of(r.input_path), mesh(r.input_vertices, r.input_faces)));
   text += line("", topology_text(r));
+  if (const std::string repairs = repair_text(r.repairs); !repairs.empty())
+    text += line("repaired", repairs);
+  if (r.features) text += line("features", features_text(*r.features));
   text += line("base", mesh(r.base_vertices, r.base_faces));
   if (r.base_vertices_requested != 0 && r.base_vertices > r.base_vertices_requested) {
-    text += line(
-        "", fmt::format("asked for {} base vertices; topology and shape allow no fewer than {}",
-                        with_commas(r.base_vertices_requested), with_commas(r.base_vertices)));
+    text += line("", larger_base_text(r));
   }
   if (!r.output_path.empty()) {
     text += line("output", fmt::format("{}: {}, level {}", name_of(r.output_path),
                                        mesh(r.output_vertices, r.output_faces), r.level));
+    for (const Report::Output& output : r.outputs) {
+      if (output.level == r.level) continue;
+      text += line("", fmt::format("{}: {}, level {}", name_of(output.path),
+                                   mesh(output.vertices, output.faces), output.level));
+    }
+  }
+  if (r.goal.any()) {
+    text += line("", fmt::format("the lowest level of {} tried with an error of {} at most",
+                                 r.attempts.size(), error_text(r.goal.most)));
   }
   if (!r.attributes.empty()) text += line("carried", attributes_text(r));
   if (r.error) text += error_lines(*r.error);

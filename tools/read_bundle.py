@@ -222,9 +222,9 @@ def place(position, triangle, weights):
 
 def read_bundle(path, wanted):
     manifest = json.loads((path / "manifest.json").read_bytes())
-    expect(manifest["format"] == "remaps-bundle" and manifest["version"] == 1, "another format")
+    expect(manifest["format"] == "remaps-bundle" and manifest["version"] == 2, "another format")
     given = manifest["input"]
-    print(f"input     {given['name']}: {given['vertices']} vertices, {given['faces']} faces")
+    print(f"input     {given['name']}: {given['vertices']} vertices, {given['file_faces']} faces")
 
     position, base = read_base(path / "base.ply")
     print(f"base      {len(position)} vertices, {len(base)} faces")
@@ -236,7 +236,8 @@ def read_bundle(path, wanted):
         expect(face == NONE or (face < len(base) and a >= 0 and b >= 0 and a + b <= 1 + 1e-6),
                f"map.bin: vertex {v} lies nowhere")
     without = sum(face == NONE for face, _, _ in mapped)
-    expect(len(mapped) - without == given["referenced_vertices"], "map.bin: another count of vertices")
+    copies = given["copied_vertices"]
+    expect(len(mapped) - without + copies == given["referenced_vertices"], "map.bin: another count of vertices")
     print(f"map.bin   {len(mapped) - without} vertices on the base, {without} without a face")
 
     tiles = SectionFile(path / "tiles.bin", b"tile")
@@ -245,9 +246,11 @@ def read_bundle(path, wanted):
         own, _, _, vertex_id, face_id = read_tile(tiles.section(i))
         own_ids += vertex_id[:own]
         face_ids += face_id
-    expect(sorted(own_ids) == list(range(given["vertices"])), "tiles: vertices are missing or doubled")
-    expect(sorted(face_ids) == list(range(given["faces"])), "tiles: faces are missing or doubled")
-    print(f"tiles     {len(tiles)}: every input vertex and face once")
+    for what, ids, count, end in (
+            ("vertices", own_ids, given["vertices"] + copies - given["absent_vertices"], given["vertices"] + copies),
+            ("faces", face_ids, given["faces"], given["file_faces"] + given["filled_faces"])):
+        expect(len(ids) == len(set(ids)) == count and max(ids) < end, f"tiles: {what} are missing or doubled")
+    print(f"tiles     {len(tiles)}: every vertex and face that repair left once, and {copies} copied vertices")
 
     if "attributes" in manifest:
         rows = read_attributes(path / "attributes.bin", manifest["attributes"], given["vertices"])
@@ -280,6 +283,8 @@ def read_bundle(path, wanted):
                 points.append((*segment.next[face], weights, vertex))
         print(f"{entry['log']} {entry['segments']} segments, {records} records")
     for _, face, weights, vertex in points:
+        if vertex >= given["vertices"]:
+            continue  # a copy
         at, u, v = mapped[vertex]
         a, b = place(position, base[face], weights), place(position, base[at], (1 - u - v, u, v))
         distance = sum((x - y) ** 2 for x, y in zip(a, b)) ** 0.5 / given["bbox_diagonal"]

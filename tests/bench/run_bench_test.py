@@ -177,7 +177,7 @@ class Results(Folder):
             row("earth1", "threads 1", seconds=8.0), row("earth1", "threads 2", seconds=5.0)])
         text = goals.table(self.folder)
         self.assertRegex(text, r"above the budget.* \| 2 \| ")
-        self.assertRegex(text, r"meshoptimizer's.* \| 1\.25 \| g14 ")
+        self.assertRegex(text, r"with map and error \| 1\.25 \| g14 ")
         self.assertRegex(text, r"CPU a vertex.* \| 1\.25 \| g14 to g1 ")
         self.assertRegex(text, r"bytes read and written.* \| 6\.0 \| g14 ")
         self.assertRegex(text, r"speed of two threads.* \| 1\.60 \| earth1 ")

@@ -73,6 +73,9 @@ TEST_F(CommandLine, RefusesValuesOutOfRange) {
     expect_refused("--memory", value);
   }
   for (const char* const value : {"0", "many"}) expect_refused("--samples", value);
+  for (const char* const value : {"0", "180", "-30", "nan", "sharp"}) {
+    expect_refused("--feature-angle", value);
+  }
   expect_refused("--domain-buffer", "x");
   expect_refused("--map-buffer", "-3");
 }
@@ -84,7 +87,7 @@ TEST_F(CommandLine, ChecksOutputsBeforeAnyWork) {
   make_file("full/letter.txt", "dear diary");
   make_file("file.remaps", "no directory");
 
-  expect_failure(2, {"remesh", "in.ply", "out.stl"}, {"out.stl", ".ply", ".obj"});
+  expect_failure(2, {"remesh", "in.ply", "out.step"}, {"out.step", ".ply", ".glb"});
   expect_failure(2, {"remesh", "in.ply", "nowhere/out.ply"}, {"nowhere"});
   expect_failure(2, {"remesh", "in.ply", "dir.ply"}, {"directory"});
   expect_failure(2, {"remesh", "in.ply", "in.ply"}, {"input", "output"});
@@ -94,6 +97,8 @@ TEST_F(CommandLine, ChecksOutputsBeforeAnyWork) {
   expect_failure(2, {"remesh", "in.ply", "out.ply", "--bundle", "full"}, {"full"});
   expect_failure(2, {"remesh", "in.ply", "out.ply", "--bundle", "file.remaps"}, {"file.remaps"});
   expect_failure(2, {"remesh", "in.ply", "out.ply", "--temp-dir", "nowhere"}, {"nowhere"});
+  for (const char* weld : {"-1", "nan", "near"})
+    expect_failure(2, {"remesh", "in.ply", "out.ply", "--weld", weld}, {"--weld", "0 or more"});
   expect_failure(2, {"generate", "nowhere/out.ply"}, {"nowhere"});
   EXPECT_EQ(bytes_of(directory() / "full/letter.txt"), "dear diary");
 
@@ -139,7 +144,7 @@ TEST_F(CommandLine, TruncatedInputIsAnInputError) {
 TEST_F(CommandLine, NonManifoldInputIsAGeometryError) {
   // Three triangles on one edge.
   make_file("fin.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\nf 1 2 3\nf 2 1 4\nf 1 2 5\n");
-  expect_failure(4, {"remesh", "fin.obj", "out.ply"});
+  expect_failure(4, {"remesh", "fin.obj", "out.ply", "--strict"}, {"--strict"});
   EXPECT_EQ(names_here(), std::vector<std::string>{"fin.obj"});
 }
 

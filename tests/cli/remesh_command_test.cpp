@@ -111,6 +111,21 @@ TEST_F(CommandLine, RemeshSaysWhenTheBaseIsLargerThanAskedFor) {
   EXPECT_FALSE(parse_file(directory() / "r.json").contains("error"));
 }
 
+TEST_F(CommandLine, RemeshTellsOfFeatures) {
+  generate("in.ply", "5k");
+  const Finished finished =
+      run_well(remesh_arguments({"--feature-angle", "179.5", "--report", "r.json"}));
+  EXPECT_NE(finished.out.find("features  0 edges sharper than 179.5 degrees; on the base 0 edges"),
+            std::string::npos)
+      << finished.out;
+  const Json features = parse_file(directory() / "r.json").at("features");
+  EXPECT_EQ(features.at("angle_deg"), 179.5);
+  EXPECT_EQ(features.at("edges"), 0);
+  EXPECT_EQ(features.at("corners"), 0);
+  run_well(remesh_arguments({"--report", "r.json"}));
+  EXPECT_FALSE(parse_file(directory() / "r.json").contains("features"));
+}
+
 TEST_F(CommandLine, RemeshAcceptsSizesWithSuffixes) {
   generate("in.ply", "2k");
   const std::pair<const char*, std::uint64_t> sizes[] = {{"134217728", 128u << 20},
@@ -133,6 +148,46 @@ TEST_F(CommandLine, PathsMayHoldBlanksAndLookLikeDirectories) {
   // An earlier bundle may be replaced.
   run_well({"parameterize", "my scan.ply", "my bundle.remaps", "--base-vertices", "60", "-q"});
   EXPECT_EQ(names_here(), (std::vector<std::string>{"my bundle.remaps", "my scan.ply"}));
+}
+
+TEST_F(CommandLine, RemeshWritesOneMeshALevel) {
+  generate("in.ply", "2k");
+  const Finished finished = run_well({"remesh", "in.ply", "out.glb", "--base-vertices", "50",
+                                      "--levels", "1..3", "--no-measure", "--report", "r.json"});
+  EXPECT_EQ(names_here(), (std::vector<std::string>{"in.ply", "out-l1.glb", "out-l2.glb",
+                                                    "out-l3.glb", "r.json"}));
+  const Json report = parse_file(directory() / "r.json");
+  EXPECT_EQ(report.at("level"), 3);
+  EXPECT_EQ(report.at("output").at("path"), "out-l3.glb");
+  ASSERT_EQ(report.at("outputs").size(), 3u);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Json& output = report.at("outputs").at(i);
+    EXPECT_EQ(output.at("level"), i + 1);
+    const MeshContent mesh = read_mesh(directory() / output.at("path").get<std::string>());
+    EXPECT_EQ(output.at("vertices"), mesh.positions.size());
+    EXPECT_EQ(output.at("faces"), mesh.triangles.size());
+    EXPECT_NE(finished.out.find(output.at("path").get<std::string>()), std::string::npos);
+  }
+}
+
+TEST_F(CommandLine, RemeshRefusesLevelsThatAreNoRange) {
+  generate("in.ply", "500");
+  for (const char* const bad : {"5..0", "0..15", "..3", "1..", "a..b", "1-3", "0...2", ""}) {
+    expect_failure(2, {"remesh", "in.ply", "out.ply", "--levels", bad}, {"--levels"});
+  }
+  expect_failure(2, {"remesh", "in.ply", "out.ply", "--levels", "0..2", "--level", "3"},
+                 {"--level"});
+  // The names of the levels count.
+  generate("out-l1.ply", "500");
+  expect_failure(2, {"remesh", "out-l1.ply", "out.ply", "--levels", "0..2"}, {"out-l1.ply"});
+  std::filesystem::create_directory(directory() / "dir-l2.ply");
+  expect_failure(2, {"remesh", "in.ply", "dir.ply", "--levels", "0..2"}, {"dir-l2.ply"});
+}
+
+TEST_F(CommandLine, RemeshRefusesATooLargeGlbBeforeItStarts) {
+  generate("in.ply", "5k");
+  expect_failure(5, {"remesh", "in.ply", "out.glb", "--base-vertices", "1000", "--level", "14"},
+                 {"out.glb", "4 GiB", ".ply"});
 }
 
 }  // namespace

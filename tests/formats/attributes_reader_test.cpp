@@ -279,7 +279,7 @@ TEST_F(AttributesReader, TheWriterRefusesRowsThatDoNotFit) {
   const std::vector<Vec3> positions(2);
   const std::vector<std::byte> rows(8);
   {
-    const auto writer = open_mesh_writer(directory() / "a.ply", 2, 0, specs);
+    const auto writer = open_mesh_writer(directory() / "a.ply", 2, 0, {std::nullopt, specs});
     writer->write_positions(positions);
     EXPECT_THROW(writer->write_attributes(AttributePer::vertex, std::span(rows).first(4)), Error);
     EXPECT_THROW(writer->write_positions({}), Error);

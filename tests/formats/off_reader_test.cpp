@@ -80,41 +80,5 @@ TEST_F(Off, RefusesEveryTruncation) {
   EXPECT_EQ(read_bytes("whole.off", whole).triangles, kSquareFan);
 }
 
-using MeshReader = MeshFiles;
-
-TEST_F(MeshReader, DecidesByContentFirst) {
-  const std::string off = "OFF\n4 1 0\n" + kVertices + "4 0 1 2 3\n";
-  EXPECT_EQ(read_bytes("off.ply", off).triangles, kSquareFan);
-  EXPECT_EQ(read_bytes("off", off).triangles, kSquareFan);
-  const std::string obj = "# by hand\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
-  EXPECT_EQ(read_bytes("obj.off", obj).triangles, kSquareFan);
-  EXPECT_EQ(read_bytes("obj.OBJ", "wings 2\n" + obj).triangles, kSquareFan);
-}
-
-TEST_F(MeshReader, RefusesOtherFormatsByName) {
-  expect_refused("a.stl", "solid thing\n facet normal 0 0 1\n", {"ASCII STL", "PLY, OBJ or OFF"});
-  std::string stl(80, ' ');
-  append(stl, std::uint32_t{2});
-  expect_refused("b.stl", stl + std::string(100, '\0'), {"binary STL"});
-  expect_refused("a.glb", "glTF\2\0\0\0", {"binary glTF"});
-  expect_refused("a.gltf", "{ \"asset\": {} }", {"JSON (glTF)"});
-  expect_refused("a.ply.zst", "\x28\xb5\x2f\xfd....", {"compressed"});
-  expect_refused("a.txt", "once upon a time", {"none of these"});
-  expect_refused("a.ply", "once upon a time", {"'ply'"});
-  expect_refused("empty.obj", "", {"empty file"});
-}
-
-TEST_F(MeshReader, RefusesWhatIsNoFile) {
-  EXPECT_THROW(open_mesh_reader(directory()), InputError);
-  try {
-    open_mesh_reader(directory() / "absent.ply");
-    ADD_FAILURE();
-  } catch (const InputError& error) {
-    const std::string message = error.what();
-    EXPECT_NE(message.find("absent.ply"), std::string::npos);
-    EXPECT_NE(message.find("No such file"), std::string::npos);
-  }
-}
-
 }  // namespace
 }  // namespace remaps

@@ -53,7 +53,7 @@ TEST_F(PlyRefusal, NamesByteAndValueInBinary) {
   two[data + 36] = 2;
   expect_refused("b.ply", two, {byte(data + 36), "found 2"});
   two[data + 36] = 4;
-  expect_refused("b.ply", two, {"a list of 4", "12 bytes are left"});
+  expect_refused("b.ply", two, {"a list of 4", "12 bytes left"});
 }
 
 TEST_F(PlyRefusal, RefusesEveryTruncationOfABinaryFile) {

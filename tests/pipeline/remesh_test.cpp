@@ -75,7 +75,7 @@ void RemeshTest::expect_valid(const RemeshOptions& o, const Report& report,
   EXPECT_EQ(report.components, kind.components);
   EXPECT_EQ(report.boundary_loops, kind.boundary_loops);
   EXPECT_EQ(report.euler_characteristic, kind.euler_characteristic());
-  EXPECT_EQ(report.unreferenced_vertices, input.position.size() - kind.vertices);
+  EXPECT_EQ(report.repairs.unreferenced_vertices, input.position.size() - kind.vertices);
 
   const MeshLists output = test::read_lists(o.output);
   EXPECT_EQ(report.output_vertices, output.position.size());
@@ -266,7 +266,7 @@ TEST_F(RemeshTest, CountsVerticesWithoutAFaceAndGivesThemNone) {
     if (domain_buffer != 0) o.domain_buffer = domain_buffer;
     const Report report = run(o);
     expect_valid(o, report, input);
-    EXPECT_EQ(report.unreferenced_vertices, 3u);
+    EXPECT_EQ(report.repairs.unreferenced_vertices, 3u);
   }
 }
 

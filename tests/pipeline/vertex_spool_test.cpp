@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -136,6 +138,63 @@ TEST_F(VertexSpoolTest, StreamsTrianglesAgainAndAgain) {
       }
     });
     EXPECT_EQ(f, mesh.triangle.size());
+  }
+}
+
+TEST_F(VertexSpoolTest, CutsConcavePolygonsOfAllFormats) {
+  const std::string corners = "0 0 0\n4 0 0\n1 1 0\n0 4 0\n-1 2 0\n";
+  const std::string ply =
+      "ply\nformat ascii 1.0\nelement vertex 5\nproperty float x\nproperty float y\nproperty "
+      "float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+  const std::string lists = "4 1 2 3 0\n3 0 3 4\n";
+  std::string obj = "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nv -1 2 0\nf 2 3 4 1\nf 1 4 5\n";
+  for (const std::string& bytes : {ply + corners + lists, "OFF 5 2 0\n" + corners + lists, obj}) {
+    const auto reader = open_mesh_reader(make_file("dart", bytes));
+    VertexSpool spool(path());
+    spool.fill(*reader, nullptr, [](double) {});
+    std::vector<Triangle> triangles;
+    const auto read = [&] {
+      triangles.clear();
+      reader->read_triangles([&](std::span<const Triangle> chunk) {
+        triangles.insert(triangles.end(), chunk.begin(), chunk.end());
+      });
+    };
+    {
+      const PolygonCutting cutting(*reader, spool, 0, budget_);
+      EXPECT_EQ(budget_.available(), budget_.total());
+      read();
+      EXPECT_LT(budget_.available(), budget_.total());
+    }
+    // 0 2 is the inner diagonal; the fan from 1 would take 1 3.
+    ASSERT_EQ(triangles.size(), 3U);
+    for (const std::size_t t : {0U, 1U}) {
+      EXPECT_EQ(std::count(triangles[t].begin(), triangles[t].end(), 0U), 1);
+      EXPECT_EQ(std::count(triangles[t].begin(), triangles[t].end(), 2U), 1);
+    }
+    EXPECT_EQ(triangles[2], (Triangle{0, 3, 4}));
+    read();
+    EXPECT_EQ(triangles[0], (Triangle{1, 2, 3})) << "without a cutter it is a fan";
+  }
+}
+
+/// Polygons that are too long to be kept become fans.
+TEST_F(VertexSpoolTest, CutsPolygonsOfAnyLength) {
+  for (const std::size_t n : {4U, 1023U, 1024U, 1025U, 10'000U}) {
+    std::ofstream out(directory() / "long.obj");
+    for (std::size_t i = 0; i < n; ++i) {
+      const double angle = 6.283185307179586 * double(i) / double(n);
+      out << "v " << 1000 * std::cos(angle) << ' ' << 1000 * std::sin(angle) << " 0\n";
+    }
+    out << 'f';
+    for (std::size_t i = 1; i <= n; ++i) out << ' ' << i;
+    out.close();
+    const auto reader = open_mesh_reader(directory() / "long.obj");
+    VertexSpool spool(path());
+    spool.fill(*reader, nullptr, [](double) {});
+    const PolygonCutting cutting(*reader, spool, 0, budget_);
+    std::size_t triangles = 0;
+    reader->read_triangles([&](std::span<const Triangle> chunk) { triangles += chunk.size(); });
+    EXPECT_EQ(triangles, n - 2);
   }
 }
 

@@ -378,6 +378,30 @@ TEST(DyadicGrid, RefusesToPlaceABaseVertexWithoutAFace) {
   EXPECT_NO_THROW(grid.samples(4, std::span(samples).subspan(4)));
 }
 
+TEST(DyadicGrid, HasTheVerticesOfCoarserMeshesInTheirOrder) {
+  const Shape shape = test::octahedron();
+  for (unsigned fine_level = 0; fine_level <= 5; ++fine_level) {
+    const DyadicGrid fine = grid_of(shape, fine_level);
+    for (unsigned level = 0; level <= fine_level; ++level) {
+      const DyadicGrid coarse = grid_of(shape, level);
+      std::vector<std::uint64_t> number;  // in the fine mesh, of each vertex of the coarse one
+      fine.coarse_vertices(level, [&](std::uint64_t first, std::uint64_t count) {
+        for (std::uint64_t i = 0; i < count; ++i) number.push_back(first + i);
+      });
+      ASSERT_EQ(number.size(), coarse.vertices());
+      const std::uint32_t n = 1u << level;
+      const std::uint32_t step = 1u << (fine_level - level);
+      for (std::uint32_t f = 0; f < shape.triangle.size(); ++f) {
+        for (std::uint32_t j = 0; j <= n; ++j) {
+          for (std::uint32_t i = 0; i + j <= n; ++i) {
+            ASSERT_EQ(number[coarse.vertex(f, i, j)], fine.vertex(f, step * i, step * j));
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(DyadicGrid, SharesInteriorEdgesOfTwoFaces) {
   const Shape shape = test::octahedron();
   const DyadicGrid grid = grid_of(shape, 4);

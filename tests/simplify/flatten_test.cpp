@@ -157,6 +157,47 @@ TEST(FlattenStar, PutsBoundaryEdgesOnOneLine) {
   }
 }
 
+TEST(FlattenStar, PutsACreaseOnOneLineWithHalfATurnOnEachSide) {
+  std::mt19937_64 random(7);
+  int flattened = 0;
+  for (int round = 0; round < 3000; ++round) {
+    const auto n = static_cast<unsigned>(4 + random() % 10);
+    const std::vector<Vec3> offsets = random_star(random, false, n);
+    const auto from = static_cast<unsigned>(random() % (n - 2));
+    const auto to = static_cast<unsigned>(from + 2 + random() % (n - from - 2));
+    if (from == 0 && to == n - 1) continue;  // one wedge cannot take half a turn
+    FlatStar star;
+    if (!flatten_star(offsets, false, 0.0005, star, {from, to})) continue;
+    ++flattened;
+    ASSERT_EQ(star.ring_size(), n);
+    ASSERT_FALSE(star.boundary);
+    ASSERT_EQ(star.ring[from].y, 0);
+    ASSERT_EQ(star.ring[to].y, 0);
+    ASSERT_GT(star.ring[from].x, 0);
+    ASSERT_LT(star.ring[to].x, 0);
+    double side[2] = {0, 0};
+    for (unsigned i = 0; i < n; ++i) {
+      ASSERT_GT(orientation(star.ring[i], star.ring[(i + 1) % n]), 0);
+      const bool first = i >= from && i < to;
+      side[first ? 0 : 1] += angle_between(offsets[i], offsets[(i + 1) % n]);
+      if (i != from && i != to) {
+        ASSERT_EQ(star.ring[i].y > 0, first);
+      }
+    }
+    double angle = 0;
+    for (unsigned step = 0; step < n; ++step) {
+      const unsigned i = (from + step) % n;
+      const double r = std::hypot(double(star.ring[i].x), double(star.ring[i].y));
+      EXPECT_NEAR(std::remainder(angle_of(star.ring[i]) - angle, 2 * kPi), 0, 2 / r);
+      const double wedge = angle_between(offsets[i], offsets[(i + 1) % n]);
+      angle += kPi * wedge / side[i >= from && i < to ? 0 : 1];
+    }
+  }
+  EXPECT_GT(flattened, 1000);
+  FlatStar star;
+  EXPECT_FALSE(flatten_star(random_star(random, false, 6), false, 0.0005, star, {2, 3}));
+}
+
 TEST(FlattenStar, KeepsAPlanarHexagon) {
   std::vector<Vec3> offsets;
   for (int i = 0; i < 6; ++i) offsets.push_back({std::cos(i * kPi / 3), std::sin(i * kPi / 3), 0});

@@ -87,7 +87,8 @@ inline std::vector<std::byte> packed_rows(
 inline void write_with_attributes(const MeshLists& mesh, const std::vector<AttributeSpec>& specs,
                                   const AttributeValues& values,
                                   const std::filesystem::path& path) {
-  const auto writer = open_mesh_writer(path, mesh.position.size(), mesh.triangle.size(), specs);
+  const auto writer =
+      open_mesh_writer(path, mesh.position.size(), mesh.triangle.size(), {std::nullopt, specs});
   writer->write_positions(mesh.position);
   const auto send = [&](AttributePer per, std::size_t count, const auto& value) {
     const auto rows = packed_rows(specs, per, count, value);

@@ -1,6 +1,7 @@
 #include "support/shapes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -163,6 +164,64 @@ Shape bipyramid(unsigned valence) {
   s.euler_characteristic = 2;
   s.boundary_loops = 0;
   s.least_vertices = s.most_vertices = 4;
+  return s;
+}
+
+Shape cube(unsigned n) {
+  Shape s{"cube", {}, {}};
+  std::map<std::array<unsigned, 3>, LocalIndex> index;
+  const auto at = [&](unsigned side, unsigned i, unsigned j) {
+    const unsigned axis = side / 2;
+    std::array<unsigned, 3> place{};
+    place[axis] = side % 2 * n;
+    place[(axis + 1) % 3] = i;
+    place[(axis + 2) % 3] = j;
+    const auto [found, fresh] =
+        index.try_emplace(place, static_cast<LocalIndex>(s.position.size()));
+    if (fresh) {
+      s.position.push_back(
+          {2.0 * place[0] / n - 1, 2.0 * place[1] / n - 1, 2.0 * place[2] / n - 1});
+    }
+    return found->second;
+  };
+  for (unsigned side = 0; side < 6; ++side) {
+    for (unsigned i = 0; i < n; ++i) {
+      for (unsigned j = 0; j < n; ++j) {
+        const LocalIndex a = at(side, i, j), b = at(side, i + 1, j);
+        const LocalIndex c = at(side, i + 1, j + 1), d = at(side, i, j + 1);
+        side % 2 == 1 ? add_square(s, a, b, c, d) : add_square(s, a, d, c, b);
+      }
+    }
+  }
+  return s;
+}
+
+Shape drum(unsigned rings, unsigned across) {
+  Shape s = disk(rings);
+  s.name = "drum";
+  for (Vec3& p : s.position) p.z = 1;
+  const auto lid = static_cast<LocalIndex>(s.position.size());
+  const LocalIndex around = 6 * rings;
+  const std::vector<LocalTriangle> top = s.triangle;
+  for (LocalIndex v = 0; v < lid; ++v) s.position.push_back({s.position[v].x, s.position[v].y, 0});
+  for (const LocalTriangle& t : top) s.triangle.push_back({t[0] + lid, t[2] + lid, t[1] + lid});
+  const auto wall = static_cast<LocalIndex>(s.position.size());
+  const auto at = [&](LocalIndex row, LocalIndex i) {
+    if (row == 0) return 2 * lid - around + i % around;
+    if (row == across) return lid - around + i % around;
+    return wall + (row - 1) * around + i % around;
+  };
+  for (LocalIndex row = 0; row < across; ++row) {
+    for (LocalIndex i = 0; i < around; ++i) {
+      if (row > 0) {
+        const Vec3& p = s.position[at(0, i)];
+        s.position.push_back({p.x, p.y, double(row) / across});
+      }
+      add_square(s, at(row, i), at(row, i + 1), at(row + 1, i + 1), at(row + 1, i));
+    }
+  }
+  s.euler_characteristic = 2;
+  s.boundary_loops = 0;
   return s;
 }
 

@@ -37,6 +37,11 @@ Shape annulus(unsigned around, unsigned across);
 Shape bipyramid(unsigned valence);
 /// A ring of `valence` vertices joined to one pole: a disk.
 Shape cone(unsigned valence);
+/// The surface of [-1, 1]^3, each side a grid of n x n squares: twelve sharp edges, eight corners.
+Shape cube(unsigned n);
+/// A closed cylinder of radius and height 1, its lids `rings` rings wide: two sharp rims, no
+/// corner.
+Shape drum(unsigned rings, unsigned across);
 /// Both at once, the second moved aside.
 Shape together(const Shape& a, const Shape& b);
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "remaps/simplify/draft_simplifier.h"
+#include "remaps/simplify/feature_edges.h"
 #include "remaps/simplify/sampling_load.h"
 #include "support/cut_shape.h"
 
@@ -15,13 +16,19 @@ simplify::SimplifyOptions simplify_options(std::size_t target) {
 }
 
 SimplifiedShape simplify_shape(const Shape& shape, const simplify::SimplifyOptions& options,
-                               const std::vector<std::uint8_t>& locked, bool draft) {
+                               const std::vector<std::uint8_t>& locked, bool draft,
+                               double feature_angle_rad) {
   SimplifiedShape result;
   result.segment = whole_segment(shape);
   if (!locked.empty()) result.segment.locked = locked;
   const ManifoldDefect defect =
       result.patch.build(shape.position.size(), result.segment.own_vertices, shape.triangle);
   EXPECT_EQ(defect.kind, ManifoldDefect::Kind::kNone);
+  if (feature_angle_rad > 0) {
+    simplify::FeatureOptions features;
+    features.angle_rad = feature_angle_rad;
+    simplify::find_features(features, result.patch, result.segment);
+  }
   simplify::initialize_loads(result.patch, diagonal_of(shape), result.segment);
   const auto run = [&](auto simplifier) {
     result.left = simplifier.run(options, result.segment, result.patch, shape.position.size(),

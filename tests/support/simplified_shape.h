@@ -20,8 +20,10 @@ struct SimplifiedShape {
 
 simplify::SimplifyOptions simplify_options(std::size_t target);
 /// @param locked  empty: none
+/// @param feature_angle_rad  0: no features
 SimplifiedShape simplify_shape(const Shape& shape, const simplify::SimplifyOptions& options,
-                               const std::vector<std::uint8_t>& locked = {}, bool draft = false);
+                               const std::vector<std::uint8_t>& locked = {}, bool draft = false,
+                               double feature_angle_rad = 0);
 
 /// What a sweep would write of it: level 0, the survivors handed to `next` segments of a next level
 /// in turn (0: this is the last level).

@@ -39,6 +39,17 @@ void ByteSink::write(const void* bytes, std::size_t n) {
   }
 }
 
+void ByteSink::rewrite(std::uint64_t offset, const void* bytes, std::size_t n) {
+  flush();
+  const char* const from = static_cast<const char*>(bytes);
+  for (std::size_t done = 0; done < n;) {
+    const ssize_t wrote = ::pwrite(file_, from + done, n - done, static_cast<off_t>(offset + done));
+    if (wrote < 0 && errno == EINTR) continue;
+    if (wrote < 0) fail("write");
+    done += static_cast<std::size_t>(wrote);
+  }
+}
+
 void ByteSink::commit() {
   flush();
   if (::close(std::exchange(file_, -1)) != 0) fail("close");

@@ -31,6 +31,10 @@ class ByteSink {
   /// @throws IoError  as room
   void write(const void* bytes, std::size_t n);
 
+  /// Replaces bytes that were written before, at an offset in the file.
+  /// @throws IoError  as room
+  void rewrite(std::uint64_t offset, const void* bytes, std::size_t n);
+
   /// Writes the rest, closes, and renames to the final name, replacing what was there.
   /// @throws IoError  a step failed; the temporary is removed
   void commit();

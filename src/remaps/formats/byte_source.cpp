@@ -1,71 +1,45 @@
 #include "remaps/formats/byte_source.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <utility>
 
 #include "remaps/base/errors.h"
 
 namespace remaps {
-namespace {
 
-/// Reads up to n bytes at an offset; 0 at the end of the file.
-std::size_t read_at(int file, char* to, std::size_t n, std::uint64_t offset,
-                    const std::filesystem::path& path) {
-  for (;;) {
-    const ssize_t got = ::pread(file, to, n, static_cast<off_t>(offset));
-    if (got >= 0) return static_cast<std::size_t>(got);
-    if (errno != EINTR) {
-      throw IoError(fmt::format("{}: cannot read at byte {}: {}", path.string(), offset,
-                                std::strerror(errno)));
-    }
-  }
-}
-
-}  // namespace
-
-ByteSource::ByteSource(std::filesystem::path path, std::size_t buffer_bytes)
-    : path_(std::move(path)),
+ByteSource::ByteSource(std::filesystem::path path, std::size_t buffer_bytes, MemoryBudget* budget)
+    : file_(std::make_unique<InputFile>(std::move(path))),
+      decompressor_(make_decompressor(*file_, budget)),
+      size_(decompressor_ ? decompressor_->most_content() : file_->size()),
+      size_is_known_(!decompressor_),
       capacity_(buffer_bytes),
       buffer_(std::make_unique_for_overwrite<char[]>(buffer_bytes + 1)),
       next_(buffer_.get()),
       end_(buffer_.get()) {
   *end_ = '\n';
-  const int file = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) {
-    throw InputError(fmt::format("{}: cannot open: {}", path_.string(), std::strerror(errno)));
-  }
-  struct stat status = {};
-  if (::fstat(file, &status) != 0 || !S_ISREG(status.st_mode)) {
-    ::close(file);
-    throw InputError(fmt::format("{}: expected a regular file", path_.string()));
-  }
-  file_ = file;
-  // Advice only: a larger read-ahead, where the system follows it.
-  ::posix_fadvise(file_, 0, 0, POSIX_FADV_SEQUENTIAL);
-  size_ = static_cast<std::uint64_t>(status.st_size);
 }
 
-ByteSource::~ByteSource() {
-  if (file_ >= 0) ::close(file_);
+std::string ByteSource::room_text(std::uint64_t n) const {
+  if (!is_compressed()) return fmt::format("the file has only {} bytes left", n);
+  return fmt::format("the decompressed content has {} {} bytes left",
+                     size_is_known_ ? "only" : "at most", n);
 }
 
-ByteSource::ByteSource(ByteSource&& other) noexcept
-    : path_(std::move(other.path_)),
-      file_(std::exchange(other.file_, -1)),
-      size_(other.size_),
-      end_offset_(other.end_offset_),
-      bytes_read_total_(other.bytes_read_total_),
-      capacity_(other.capacity_),
-      buffer_(std::move(other.buffer_)),
-      next_(other.next_),
-      end_(other.end_) {}
+std::uint64_t ByteSource::expected_size() const {
+  if (size_is_known_) return size_;
+  const std::uint64_t used = decompressor_->file_offset();
+  if (used == 0) return file_size();
+  return static_cast<std::uint64_t>(double(end_offset_) / double(used) * double(file_size()));
+}
+
+std::uint64_t ByteSource::file_offset_of(std::uint64_t offset) const {
+  if (!is_compressed()) return offset;
+  const auto expected = double(std::max<std::uint64_t>(expected_size(), 1));
+  return static_cast<std::uint64_t>(std::min(double(offset) / expected, 1.0) * double(file_size()));
+}
 
 void ByteSource::refill() {
   const std::size_t kept = available();
@@ -73,11 +47,15 @@ void ByteSource::refill() {
   next_ = buffer_.get();
   end_ = buffer_.get() + kept;
   while (static_cast<std::size_t>(end_ - next_) < capacity_ && !exhausted()) {
-    const std::uint64_t wanted =
-        std::min<std::uint64_t>(capacity_ - available(), size_ - end_offset_);
-    const std::size_t got =
-        read_at(file_, end_, static_cast<std::size_t>(wanted), end_offset_, path_);
-    if (got == 0) fail_at_byte(end_offset_, "the file shrank while it was read");
+    const auto wanted = static_cast<std::size_t>(
+        std::min<std::uint64_t>(capacity_ - available(), size_ - end_offset_));
+    const std::size_t got = is_compressed() ? decompressor_->read(end_, wanted)
+                                            : file_->read_at(end_, wanted, end_offset_);
+    if (got == 0) {
+      if (size_is_known_) fail_at_byte(end_offset_, "the file shrank while it was read");
+      size_ = end_offset_;
+      size_is_known_ = true;
+    }
     end_ += got;
     end_offset_ += got;
     bytes_read_total_ += got;
@@ -93,33 +71,47 @@ void ByteSource::skip(std::uint64_t n) {
   }
 }
 
+/// Empties the buffer; what comes next is at `offset`.
+void ByteSource::drop_buffer(std::uint64_t offset) {
+  next_ = end_ = buffer_.get();
+  *end_ = '\n';
+  end_offset_ = offset;
+}
+
 void ByteSource::seek(std::uint64_t offset) {
   const std::uint64_t first = end_offset_ - static_cast<std::uint64_t>(end_ - buffer_.get());
   if (offset >= first && offset <= end_offset_) {
     next_ = buffer_.get() + (offset - first);
     return;
   }
-  next_ = end_ = buffer_.get();
-  *end_ = '\n';
-  end_offset_ = std::min(offset, size_);
+  if (!is_compressed()) return drop_buffer(std::min(offset, size_));
+  if (offset < first) {
+    decompressor_->restart();
+    drop_buffer(0);
+  }
+  while (end_offset_ < offset && !exhausted()) {
+    drop_buffer(end_offset_);
+    refill();
+  }
+  next_ = end_ - (end_offset_ - std::min(offset, end_offset_));
 }
 
 void ByteSource::fail_at_byte(std::uint64_t offset, std::string_view what) const {
-  throw InputError(fmt::format("{}: byte {}: {}", path_.string(), offset, what));
+  throw InputError(
+      fmt::format("{}: byte {}{}: {}", path().string(), offset, kind_of_place(), what));
 }
 
-void ByteSource::fail_at_line(std::uint64_t offset, std::string_view what) const {
-  constexpr std::size_t kPiece = std::size_t{1} << 16;
-  const auto piece = std::make_unique_for_overwrite<char[]>(kPiece);
+void ByteSource::fail_at_line(std::uint64_t offset, std::string_view what) {
+  // The text may lie in the buffer that is filled again here.
+  const std::string text(what);
   std::uint64_t line = 1;
-  for (std::uint64_t at = 0; at < offset;) {
-    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(kPiece, offset - at));
-    const std::size_t got = read_at(file_, piece.get(), wanted, at, path_);
-    if (got == 0) break;
-    line += static_cast<std::uint64_t>(std::count(piece.get(), piece.get() + got, '\n'));
-    at += got;
+  for (seek(0); this->offset() < offset && require(1) > 0;) {
+    const auto n =
+        static_cast<std::size_t>(std::min<std::uint64_t>(available(), offset - this->offset()));
+    line += static_cast<std::uint64_t>(std::count(data(), data() + n, '\n'));
+    consume(n);
   }
-  throw InputError(fmt::format("{}: line {}: {}", path_.string(), line, what));
+  throw InputError(fmt::format("{}: line {}{}: {}", path().string(), line, kind_of_place(), text));
 }
 
 }  // namespace remaps

@@ -1,21 +1,52 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "remaps/base/geometry.h"
 #include "remaps/formats/chunk_emitter.h"
+#include "remaps/mesh/polygon_cutter.h"
 
 namespace remaps {
 
-/// Turns the corners of a polygon, given one by one, into a fan from the first corner. A polygon of
-/// any length needs no memory. (The shorter diagonal of a quad would need positions, which may be
-/// far away.)
-class PolygonFan {
+/// Turns the corners of a polygon, given one by one, into triangles: by a cutter, which knows where
+/// they are, else as a fan from the first corner. Of a fan the polygon may have any length and
+/// needs no memory.
+class PolygonRun {
  public:
-  explicit PolygonFan(ChunkEmitter<Triangle>& triangles) : triangles_(triangles) {}
+  /// @param cutter  may be null
+  PolygonRun(ChunkEmitter<Triangle>& triangles, PolygonCutter* cutter)
+      : triangles_(triangles), cutter_(cutter), kept_(cutter == nullptr ? 0 : kMostCut) {}
 
   void begin() { corners_ = 0; }
   void corner(VertexId v) {
+    if (corners_ < kept_.size()) {
+      kept_[static_cast<std::size_t>(corners_++)] = v;
+    } else {
+      if (corners_ == kept_.size()) fan_kept();
+      fan(v);
+    }
+  }
+  void end() {
+    if (kept_.empty() || corners_ > kept_.size()) return;
+    if (corners_ == 3) {
+      triangles_.push({kept_[0], kept_[1], kept_[2]});
+    } else {
+      cutter_->cut(std::span(kept_).first(static_cast<std::size_t>(corners_)),
+                   [&](const Triangle& t) { triangles_.push(t); });
+    }
+  }
+  std::uint64_t corners() const { return corners_; }
+
+ private:
+  static constexpr std::size_t kMostCut = 1024;
+
+  void fan_kept() {
+    corners_ = 0;
+    for (const VertexId v : kept_) fan(v);
+  }
+  void fan(VertexId v) {
     if (corners_ == 0) {
       first_ = v;
     } else if (corners_ >= 2) {
@@ -24,10 +55,10 @@ class PolygonFan {
     previous_ = v;
     ++corners_;
   }
-  std::uint64_t corners() const { return corners_; }
 
- private:
   ChunkEmitter<Triangle>& triangles_;
+  PolygonCutter* cutter_;
+  std::vector<VertexId> kept_;  // corners, while they may be for the cutter
   VertexId first_ = 0, previous_ = 0;
   std::uint64_t corners_ = 0;
 };

@@ -104,6 +104,7 @@ void CountedWriter::close() {
                      faces_done_, faces_));
   }
   if (!waiting_.empty()) fail("vertices without their attributes");
+  finish();
   sink_.commit();
 }
 

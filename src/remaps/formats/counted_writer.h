@@ -41,8 +41,13 @@ class CountedWriter : public IndexedMeshWriter {
     put_triangles(triangles);
   }
 
-  ByteSink& sink() { return sink_; }
   const std::vector<AttributeSpec>& attributes() const { return attributes_; }
+  /// All positions and triangles were put: what a format has at its end, or knows only now.
+  virtual void finish() {}
+
+  ByteSink& sink() { return sink_; }
+  std::uint64_t vertices() const { return vertices_; }
+  std::uint64_t faces() const { return faces_; }
 
  private:
   [[noreturn]] void fail(std::string_view what) const;

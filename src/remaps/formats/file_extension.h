@@ -14,4 +14,11 @@ inline std::string lower_extension(const std::filesystem::path& path) {
   return extension;
 }
 
+/// The same of what a compressed file holds: of x.ply.gz it is .ply.
+inline std::string content_extension(const std::filesystem::path& path) {
+  const std::string extension = lower_extension(path);
+  const bool compressed = extension == ".gz" || extension == ".zst" || extension == ".zstd";
+  return compressed ? lower_extension(path.stem()) : extension;
+}
+
 }  // namespace remaps

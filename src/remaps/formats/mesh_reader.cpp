@@ -2,97 +2,68 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cstring>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "remaps/base/errors.h"
-#include "remaps/formats/file_extension.h"
+#include "remaps/formats/format_detection.h"
 #include "remaps/formats/format_factories.h"
 
 namespace remaps {
 namespace {
 
-enum class Format { ply, obj, off };
+[[noreturn]] void refuse(const ByteSource& source, std::string_view found) {
+  throw InputError(fmt::format(
+      "{}: expected a mesh in PLY, OBJ, OFF or STL format, plain or compressed with gzip or "
+      "Zstandard, or in glTF format, found {} (byte 0{})",
+      source.path().string(), found, source.is_compressed() ? " of the decompressed content" : ""));
+}
 
-constexpr std::string_view kBlanks = " \t\r\n\v\f";
-
-/// The first word of a text outside comments; empty if there is none.
-std::string_view first_word(std::string_view text) {
-  for (;;) {
-    text.remove_prefix(std::min(text.find_first_not_of(kBlanks), text.size()));
-    if (!text.starts_with('#')) break;
-    text.remove_prefix(std::min(text.find('\n'), text.size()));
+std::unique_ptr<IndexedMeshReader> make_reader(MeshFormat format, ByteSource source) {
+  switch (format) {
+    case MeshFormat::ply:
+      return make_ply_reader(std::move(source));
+    case MeshFormat::off:
+      return make_off_reader(std::move(source));
+    case MeshFormat::binary_stl:
+      return make_binary_stl_reader(std::move(source));
+    case MeshFormat::ascii_stl:
+      return make_ascii_stl_reader(std::move(source));
+    case MeshFormat::glb:
+    case MeshFormat::gltf:
+      if (source.is_compressed()) refuse(source, "glTF, which is read uncompressed only");
+      return make_gltf_reader(std::move(source));
+    case MeshFormat::obj:
+      break;
   }
-  return text.substr(0, std::min(text.find_first_of(kBlanks), text.size()));
-}
-
-bool is_obj_keyword(std::string_view word) {
-  static constexpr std::string_view kKeywords[] = {
-      "v", "vt", "vn", "vp", "f", "l", "p", "g", "o", "s", "mg", "mtllib", "usemtl", "usemap"};
-  return std::find(std::begin(kKeywords), std::end(kKeywords), word) != std::end(kKeywords);
-}
-
-/// The name of a format that is known but not read, empty for none. A binary STL has no mark but
-/// its size: 80 bytes, the number of triangles, 50 bytes each.
-std::string_view unsupported_format(std::string_view head, std::uint64_t file_size) {
-  if (head.starts_with("ply")) return "";
-  if (head.starts_with("glTF")) return "binary glTF";
-  if (head.starts_with("PK\x03\x04")) return "ZIP (3MF)";
-  if (head.starts_with("\x1f\x8b") || head.starts_with("\x28\xb5\x2f\xfd"))
-    return "compressed data";
-  if (first_word(head).starts_with("{")) return "JSON (glTF)";
-  if (head.size() >= 84) {
-    std::uint32_t triangles = 0;
-    std::memcpy(&triangles, head.data() + 80, sizeof triangles);
-    if (file_size == 84 + std::uint64_t{triangles} * 50) return "binary STL";
+  const std::string_view head(source.data(), source.available());
+  if (head.find('\r') != std::string_view::npos && head.find('\n') == std::string_view::npos) {
+    refuse(source, "OBJ with lines that end in CR alone, which is not supported");
   }
-  return first_word(head) == "solid" ? "ASCII STL" : "";
-}
-
-std::optional<Format> detect_format(std::string_view head, const std::filesystem::path& path) {
-  const std::string_view word = first_word(head);
-  const std::string extension = lower_extension(path);
-  if (head.starts_with("ply\n") || head.starts_with("ply\r")) return Format::ply;
-  if (word.ends_with("OFF")) return Format::off;
-  if (is_obj_keyword(word) || extension == ".obj") return Format::obj;
-  if (extension == ".ply") return Format::ply;
-  if (extension == ".off") return Format::off;
-  return std::nullopt;
-}
-
-[[noreturn]] void refuse(const std::filesystem::path& path, std::string_view found) {
-  throw InputError(
-      fmt::format("{}: expected a mesh in PLY, OBJ or OFF format, found {}", path.string(), found));
+  return make_obj_reader(std::move(source));
 }
 
 }  // namespace
 
-std::unique_ptr<IndexedMeshReader> open_mesh_reader(const std::filesystem::path& path) {
-  ByteSource source(path);
+std::unique_ptr<IndexedMeshReader> open_mesh_reader(const std::filesystem::path& path,
+                                                    MemoryBudget* budget) {
+  ByteSource source(path, ByteSource::kDefaultBuffer, budget);
   source.require(ByteSource::kDefaultBuffer);
-  const std::string_view head(source.data(), source.available());
-  if (head.empty()) refuse(path, "an empty file (byte 0)");
-  const std::string_view unsupported = unsupported_format(head, source.size());
-  if (!unsupported.empty())
-    refuse(path, fmt::format("{} (byte 0), which is not supported", unsupported));
-  const std::optional<Format> format = detect_format(head, path);
-  if (!format) refuse(path, "none of these (byte 0)");
-  switch (*format) {
-    case Format::ply:
-      return make_ply_reader(std::move(source));
-    case Format::off:
-      return make_off_reader(std::move(source));
-    case Format::obj:
-      break;
+  if (source.available() == 0) refuse(source, "an empty file");
+  const std::optional<MeshFormat> format = detect_format(source);
+  if (!format) refuse(source, describe_content({source.data(), source.available()}));
+  return make_reader(*format, std::move(source));
+}
+
+std::uint64_t guess_content_bytes(const std::filesystem::path& path) {
+  try {
+    ByteSource source(path);
+    source.require(ByteSource::kDefaultBuffer);
+    return source.expected_size();
+  } catch (const Error&) {
+    return 0;
   }
-  if (head.find('\r') != std::string_view::npos && head.find('\n') == std::string_view::npos) {
-    refuse(path, "OBJ with lines that end in CR alone (byte 0), which is not supported");
-  }
-  return make_obj_reader(std::move(source));
 }
 
 }  // namespace remaps

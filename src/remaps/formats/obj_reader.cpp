@@ -11,6 +11,7 @@
 #include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
+#include "remaps/formats/format_detection.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
@@ -105,14 +106,14 @@ class ObjReader final : public IndexedMeshReader {
   void read_triangles(IndexSink sink) override {
     if (!vertices_) visit_vertices([](ObjLines&) {});
     ObjLines lines = go_to(first_face_);
-    pass_ = {first_face_.offset, source_.size()};
+    begin_pass();
     ChunkEmitter<Triangle> triangles(sink);
-    PolygonFan fan(triangles);
+    PolygonRun polygon(triangles, cutter_);
     std::uint64_t seen = first_face_.seen;
     for (; !lines.at_end(); lines.end_line()) {
       const ObjLines::Kind kind = lines.begin_line();
       if (kind == ObjLines::Kind::vertex) ++seen;
-      if (kind == ObjLines::Kind::face) read_face(lines, fan, seen);
+      if (kind == ObjLines::Kind::face) read_face(lines, polygon, seen);
     }
     triangles.flush();
   }
@@ -173,7 +174,7 @@ class ObjReader final : public IndexedMeshReader {
     const auto wanted = normal ? ObjLines::Kind::normal : ObjLines::Kind::texture;
     RowEmitter rows(normal ? 3 : 2, sink);
     ObjLines lines = go_to({});
-    pass_ = {0, source_.size()};
+    begin_pass();
     pool.values = 0;
     std::array<double, 3> value{};
     for (; !lines.at_end(); lines.end_line()) {
@@ -196,7 +197,7 @@ class ObjReader final : public IndexedMeshReader {
     const Pool pool = pools_.at(number);
     const bool normal = pool.kind == AttributeKind::normal;
     ObjLines lines = go_to({});
-    pass_ = {0, source_.size()};
+    begin_pass();
     std::vector<PoolUse> uses;
     std::uint64_t vertices = 0, values = 0;
     for (; !lines.at_end(); lines.end_line()) {
@@ -225,10 +226,11 @@ class ObjReader final : public IndexedMeshReader {
     if (!uses.empty()) sink(uses);
   }
 
+  void set_polygon_cutter(PolygonCutter* cutter) override { cutter_ = cutter; }
   bool positions_are_float() const override { return all_float_; }
-  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
-  std::uint64_t bytes_total() const override { return source_.size(); }
-  std::uint64_t bytes_read() const override { return source_.offset(); }
+  double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }
+  std::uint64_t bytes_total() const override { return source_.file_size(); }
+  std::uint64_t bytes_read() const override { return source_.file_offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
@@ -238,8 +240,12 @@ class ObjReader final : public IndexedMeshReader {
     std::uint64_t seen = 0;
   };
 
+  /// A pass from here to the end of the file.
+  void begin_pass() { pass_ = {source_.file_offset(), source_.file_size()}; }
+
   ObjLines go_to(const Place& place) {
     source_.seek(place.offset);
+    if (place.offset == 0) skip_byte_order_mark(source_);
     return ObjLines(source_);
   }
 
@@ -248,7 +254,7 @@ class ObjReader final : public IndexedMeshReader {
   template <class Visit>
   void visit_vertices(Visit visit) {
     ObjLines lines = go_to({});
-    pass_ = {0, source_.size()};
+    begin_pass();
     std::optional<Place> first_face;
     std::uint64_t count = 0;
     for (; !lines.at_end(); lines.end_line()) {
@@ -272,19 +278,21 @@ class ObjReader final : public IndexedMeshReader {
   }
 
   /// @param seen  vertices before this line: what negative indices count back from
-  void read_face(ObjLines& lines, PolygonFan& fan, std::uint64_t seen) const {
+  void read_face(ObjLines& lines, PolygonRun& polygon, std::uint64_t seen) const {
     TextScanner& scanner = lines.scanner();
-    fan.begin();
+    polygon.begin();
     while (lines.next_value()) {
       const std::int64_t index = scanner.integer('/');
-      fan.corner(vertex_id(scanner, index, seen));
+      polygon.corner(vertex_id(scanner, index, seen));
       while (scanner.peek(0) != '\\' && !is_blank(scanner.peek(0)) && !scanner.at_line_end()) {
         scanner.consume(1);
       }
     }
-    if (fan.corners() < 3) {
-      scanner.fail(fmt::format("expected a face of at least 3 corners, found {}", fan.corners()));
+    if (polygon.corners() < 3) {
+      scanner.fail(
+          fmt::format("expected a face of at least 3 corners, found {}", polygon.corners()));
     }
+    polygon.end();
   }
 
   VertexId vertex_id(const TextScanner& scanner, std::int64_t index, std::uint64_t seen) const {
@@ -340,6 +348,7 @@ class ObjReader final : public IndexedMeshReader {
   bool all_float_ = false;
   std::size_t colours_ = 0;  // numbers of a vertex's colour
   std::vector<Pool> pools_;  // (attributes)
+  PolygonCutter* cutter_ = nullptr;
   PassRange pass_;
 };
 

@@ -13,6 +13,7 @@
 #include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
+#include "remaps/formats/format_detection.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
@@ -56,9 +57,10 @@ class OffReader final : public IndexedMeshReader {
     OffLines lines = rewind(vertices_offset_);
     // Three words a vertex, four a face.
     const double share = 3 * double(vertices_) / (3 * double(vertices_) + 4 * double(faces_) + 1);
-    pass_ = {vertices_offset_,
-             faces_offset_.value_or(vertices_offset_ + static_cast<std::uint64_t>(
-                                                           share * double(source_.remaining())))};
+    const std::uint64_t begin = source_.file_offset();
+    pass_ = {begin, faces_offset_ ? source_.file_offset_of(*faces_offset_)
+                                  : begin + static_cast<std::uint64_t>(
+                                                share * double(source_.file_size() - begin))};
     ChunkEmitter<Vec3> positions(sink);
     PositionText text;
     for (std::uint64_t i = 0; i < vertices_; ++i) {
@@ -73,12 +75,12 @@ class OffReader final : public IndexedMeshReader {
 
   void read_triangles(IndexSink sink) override {
     OffLines lines = go_to_faces();
-    pass_ = {*faces_offset_, source_.size()};
+    pass_ = {source_.file_offset(), source_.file_size()};
     ChunkEmitter<Triangle> triangles(sink);
-    PolygonFan fan(triangles);
+    PolygonRun polygon(triangles, cutter_);
     for (std::uint64_t i = 0; i < faces_; ++i) {
       expect_line(lines, "face", i, faces_);
-      read_face(lines, fan);
+      read_face(lines, polygon);
       lines.end_line();
     }
     triangles.flush();
@@ -118,10 +120,11 @@ class OffReader final : public IndexedMeshReader {
     if (per == AttributePer::face && face_numbers_ > 0) read_face_rows(sink);
   }
 
+  void set_polygon_cutter(PolygonCutter* cutter) override { cutter_ = cutter; }
   bool positions_are_float() const override { return all_float_; }
-  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
-  std::uint64_t bytes_total() const override { return source_.size(); }
-  std::uint64_t bytes_read() const override { return source_.offset(); }
+  double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }
+  std::uint64_t bytes_total() const override { return source_.file_size(); }
+  std::uint64_t bytes_read() const override { return source_.file_offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
@@ -212,7 +215,7 @@ class OffReader final : public IndexedMeshReader {
 
   void read_vertex_rows(AttributeSink sink) {
     OffLines lines = rewind(vertices_offset_);
-    pass_ = {vertices_offset_, faces_offset_.value_or(source_.size())};
+    pass_ = {source_.file_offset(), source_.file_size()};
     RowEmitter rows(vertex_numbers_, sink);
     std::vector<double> values(vertex_numbers_);
     std::array<double, 3> position{};
@@ -227,7 +230,7 @@ class OffReader final : public IndexedMeshReader {
 
   void read_face_rows(AttributeSink sink) {
     OffLines lines = go_to_faces();
-    pass_ = {*faces_offset_, source_.size()};
+    pass_ = {source_.file_offset(), source_.file_size()};
     RowEmitter rows(face_numbers_, sink);
     std::vector<double> values(face_numbers_);
     for (std::uint64_t i = 0; i < faces_; ++i, lines.end_line()) {
@@ -241,6 +244,7 @@ class OffReader final : public IndexedMeshReader {
 
   void read_header() {
     OffLines lines = rewind(0);
+    skip_byte_order_mark(source_);
     TextScanner& scanner = lines.scanner();
     if (!lines.next_line()) scanner.fail_expected("an OFF header");
     const char first = scanner.peek(0);
@@ -297,9 +301,8 @@ class OffReader final : public IndexedMeshReader {
     if (vertices_ > left / 6 || faces_ > (left - 6 * vertices_) / 8) {
       source_.fail_at_byte(
           vertices_offset_,
-          fmt::format("the header announces {} vertices and {} faces, but the file "
-                      "has only {} bytes left for them",
-                      vertices_, faces_, source_.remaining()));
+          fmt::format("the header announces {} vertices and {} faces, but {} for them", vertices_,
+                      faces_, source_.room_text()));
     }
   }
 
@@ -310,13 +313,13 @@ class OffReader final : public IndexedMeshReader {
         fmt::format("expected {} {} of {}, found the end of the file", kind, i, count));
   }
 
-  void read_face(OffLines& lines, PolygonFan& fan) const {
+  void read_face(OffLines& lines, PolygonRun& polygon) const {
     TextScanner& scanner = lines.scanner();
     const std::int64_t corners = scanner.integer();
     if (corners < 3) {
       scanner.fail(fmt::format("expected a face of at least 3 corners, found {}", corners));
     }
-    fan.begin();
+    polygon.begin();
     for (std::int64_t i = 0; i < corners; ++i) {
       if (!lines.next_value()) {
         scanner.fail(fmt::format("expected {} vertex indices, found {}", corners, i));
@@ -325,8 +328,9 @@ class OffReader final : public IndexedMeshReader {
       if (index < 0 || static_cast<std::uint64_t>(index) >= vertices_) {
         scanner.fail(fmt::format("expected a vertex index below {}, found {}", vertices_, index));
       }
-      fan.corner(static_cast<VertexId>(index));
+      polygon.corner(static_cast<VertexId>(index));
     }
+    polygon.end();
   }
 
   ByteSource source_;
@@ -336,6 +340,7 @@ class OffReader final : public IndexedMeshReader {
   bool all_float_ = false;
   bool has_texture_ = false, has_colours_ = false, has_normals_ = false;
   std::size_t vertex_numbers_ = 0, face_numbers_ = 0;  // of a row
+  PolygonCutter* cutter_ = nullptr;
   PassRange pass_;
 };
 

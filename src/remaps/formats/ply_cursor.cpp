@@ -64,17 +64,18 @@ std::uint64_t PlyBinaryCursor::integer(PlyType type) {
 }
 
 void PlyBinaryCursor::skip(std::uint64_t bytes) {
+  const std::uint64_t target = source_.offset() + bytes;
   if (bytes > source_.remaining()) fail_at_end();
   source_.skip(bytes);
+  if (source_.offset() != target) fail_at_end();
 }
 
 void PlyBinaryCursor::expect_list(std::uint64_t n, PlyType type) {
   if (n <= source_.remaining() / size_of(type)) return;
-  source_.fail_at_byte(
-      source_.offset(),
-      describe(place,
-               fmt::format("a list of {} values of {} bytes, but only {} bytes are left",
-                           static_cast<std::int64_t>(n), size_of(type), source_.remaining())));
+  source_.fail_at_byte(source_.offset(),
+                       describe(place, fmt::format("a list of {} values of {} bytes, but {}",
+                                                   static_cast<std::int64_t>(n), size_of(type),
+                                                   source_.room_text())));
 }
 
 void PlyBinaryCursor::fail(PlyType type, std::string_view what) const {
@@ -102,8 +103,8 @@ void PlyTextCursor::skip(std::uint64_t values) {
 void PlyTextCursor::expect_list(std::uint64_t n, PlyType type) {
   // A value takes a byte and a separator; the last one of the file only its byte.
   if (n <= (scanner_.source().remaining() + 1) / 2) return;
-  fail(type, fmt::format("a list of {} values, but only {} bytes are left",
-                         static_cast<std::int64_t>(n), scanner_.source().remaining()));
+  fail(type, fmt::format("a list of {} values, but {}", static_cast<std::int64_t>(n),
+                         scanner_.source().room_text()));
 }
 
 void PlyTextCursor::fail(PlyType, std::string_view what) const {

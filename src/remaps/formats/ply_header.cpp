@@ -155,10 +155,11 @@ class HeaderParser {
       const std::uint64_t size = least_record_size(element, header_.encoding);
       if (size == 0) continue;
       if (element.count > left / size) {
-        source_.fail_at_byte(header_.data_offset,
-                             fmt::format("the header announces {} '{}' of at least {} bytes each, "
-                                         "but the file has only {} bytes left for them",
-                                         element.count, element.name, size, left));
+        source_.fail_at_byte(
+            header_.data_offset,
+            fmt::format("the header announces {} '{}' of at least {} bytes each, "
+                        "but {} for them",
+                        element.count, element.name, size, source_.room_text(left)));
       }
       left -= element.count * size;
     }

@@ -171,10 +171,10 @@ class PositionHandler {
 template <class Cursor>
 class CornerHandler {
  public:
-  CornerHandler(ChunkEmitter<Triangle>& triangles, std::uint64_t vertices, bool strips,
-                std::optional<PlyTriangleRuns> runs)
+  CornerHandler(ChunkEmitter<Triangle>& triangles, PolygonCutter* cutter, std::uint64_t vertices,
+                bool strips, std::optional<PlyTriangleRuns> runs)
       : triangles_(triangles),
-        fan_(triangles),
+        polygon_(triangles, cutter),
         strip_(triangles),
         vertices_(vertices),
         strips_(strips),
@@ -214,8 +214,9 @@ class CornerHandler {
     if (n < 3) {
       cursor.fail(step.count_type, fmt::format("expected at least 3 corners, found {}", n));
     }
-    fan_.begin();
-    for (; n > 0; --n) fan_.corner(checked(cursor, step.type, cursor.integer(step.type)));
+    polygon_.begin();
+    for (; n > 0; --n) polygon_.corner(checked(cursor, step.type, cursor.integer(step.type)));
+    polygon_.end();
   }
 
   void read_strip(Cursor& cursor, PlyType type, std::uint64_t n) {
@@ -239,7 +240,7 @@ class CornerHandler {
   }
 
   ChunkEmitter<Triangle>& triangles_;
-  PolygonFan fan_;
+  PolygonRun polygon_;
   StripUnroller strip_;
   std::uint64_t vertices_;
   bool strips_;
@@ -287,7 +288,7 @@ class PlyReader final : public IndexedMeshReader {
           if (!strips)
             runs = PlyTriangleRuns::of(element, *corner_list(element), cursor.big_endian());
         }
-        CornerHandler<Cursor> handler(triangles, vertex_->count, strips, runs);
+        CornerHandler<Cursor> handler(triangles, cutter_, vertex_->count, strips, runs);
         walk_records(cursor, element, plan_record<Cursor>(element, true), handler);
         offsets_[index_of(element) + 1] = cursor.offset();
       }
@@ -295,12 +296,14 @@ class PlyReader final : public IndexedMeshReader {
     });
   }
 
+  void set_polygon_cutter(PolygonCutter* cutter) override { cutter_ = cutter; }
   bool positions_are_float() const override { return all_float_; }
   std::optional<PositionArray> position_array() const override {
     const std::optional<std::uint64_t> begin = offsets_[index_of(*vertex_)];
     const bool as_in_memory = header_.encoding == PlyEncoding::little_endian &&
                               std::endian::native == std::endian::little;
-    if (!begin || !as_in_memory || !is_float_triple()) return std::nullopt;
+    if (!begin || !as_in_memory || source_.is_compressed() || !is_float_triple())
+      return std::nullopt;
     return PositionArray{source_.path(), *begin};
   }
   std::vector<AttributeSpec> attributes() override { return find_ply_attributes(header_); }
@@ -315,9 +318,9 @@ class PlyReader final : public IndexedMeshReader {
       read_ply_rows(cursor, *element, per, specs, sink);
     });
   }
-  double pass_fraction() const override { return pass_.fraction(source_.offset()); }
-  std::uint64_t bytes_total() const override { return source_.size(); }
-  std::uint64_t bytes_read() const override { return source_.offset(); }
+  double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }
+  std::uint64_t bytes_total() const override { return source_.file_size(); }
+  std::uint64_t bytes_read() const override { return source_.file_offset(); }
   std::uint64_t bytes_read_total() const override { return source_.bytes_read_total(); }
 
  private:
@@ -383,10 +386,11 @@ class PlyReader final : public IndexedMeshReader {
       }
       return size;
     };
-    pass_.begin = source_.offset();
+    pass_.begin = source_.file_offset();
     const double share = expected(first, last + 1) / expected(first, header_.elements.size());
-    pass_.end = offsets_[last + 1].value_or(
-        pass_.begin + static_cast<std::uint64_t>(share * double(source_.remaining())));
+    const std::uint64_t left = source_.file_size() - pass_.begin;
+    pass_.end = offsets_[last + 1] ? source_.file_offset_of(*offsets_[last + 1])
+                                   : pass_.begin + static_cast<std::uint64_t>(share * double(left));
   }
 
   double expected_record_size(const PlyElement& element) const {
@@ -427,6 +431,7 @@ class PlyReader final : public IndexedMeshReader {
   const PlyElement* vertex_ = nullptr;
   std::vector<std::optional<std::uint64_t>> offsets_;  // where each element begins, once known
   bool all_float_ = false;
+  PolygonCutter* cutter_ = nullptr;
   PassRange pass_;
 };
 

@@ -39,7 +39,7 @@ struct Records {
   const std::byte* end;
 
   Records(store::BucketFile& file, std::size_t bucket, store::Bytes& bytes) {
-    file.take(bucket, bytes);
+    file.read(bucket, 0, file.bytes(bucket), bytes);
     const std::size_t size = bytes.size();
     bytes.resize(size + kLargestRecord);
     at = bytes.data();
@@ -122,6 +122,7 @@ void DomainLevel::put_face(std::size_t segment, const std::array<RoutedVertex, 3
            delta_code(checked_id(corner[2].id), corner[0].id), delta_code(face, bucket.face)});
   if (level_ > 0) {
     put(at, payload.load);
+    if (features_) put(at, payload.feature);
     if (home) {
       at = put_varint(at, delta_code(payload.origin.segment, bucket.origin));
       bucket.origin = payload.origin.segment;
@@ -161,12 +162,16 @@ FaceLink DomainLevel::add_face_alone(const std::array<RoutedVertex, 3>& corner,
 }
 
 void DomainLevel::load(std::size_t segment, VertexIndex& scratch, Segment& out,
-                       std::vector<FaceLink>& origin) {
+                       std::vector<FaceLink>& origin, After after) {
   out.clear();
   origin.clear();
   load_vertices(segment, scratch, out);
   load_faces(segment, scratch, out, origin);
-  buckets_[segment] = {};
+  if (after == After::kFree) {
+    vertex_file_.release(segment);
+    face_file_.release(segment);
+    buckets_[segment] = {};
+  }
   out.locked.assign(out.vertex_id.size(), 0);
   for (const LocalTriangle& t : out.triangle) {
     if (std::max({t[0], t[1], t[2]}) < out.own_vertices) continue;
@@ -218,6 +223,7 @@ void DomainLevel::load_faces(std::size_t segment, VertexIndex& scratch, Segment&
   out.triangle.resize(bucket.faces);
   level_ == 0 ? out.face_id.resize(bucket.faces) : out.load.resize(bucket.faces);
   if (level_ > 0) origin.resize(bucket.home_faces);
+  if (features_) out.feature.resize(bucket.faces);
   const auto local = [&](VertexId id) {
     records.check(id >= bucket.low && id <= bucket.high);
     return scratch[id];
@@ -240,6 +246,7 @@ void DomainLevel::load_faces(std::size_t segment, VertexIndex& scratch, Segment&
       continue;
     }
     out.load[f] = get<float>(records.at);
+    if (features_) out.feature[f] = get<std::uint8_t>(records.at);
     if (!is_home) continue;
     std::uint64_t step = 0;
     records.at = get_varint(records.at, step);

@@ -26,6 +26,7 @@ struct FacePayload {
   FaceId input_face = 0;
   float load = 0;
   FaceLink origin;
+  std::uint8_t feature = 0;  ///< see Segment; kept only with carry_features
 };
 
 /// Finds the local index of a global vertex id; kept as scratch between segments. A table over the
@@ -81,6 +82,10 @@ class DomainLevel {
   /// Faces of the fullest segment, ghosts included.
   std::uint64_t largest_segment() const;
 
+  /// Faces take FacePayload::feature along, a byte each. To be called before the first face, not at
+  /// level 0.
+  void carry_features() { features_ = true; }
+
   /// Adds a vertex to its own segment. The quadric is not used at level 0.
   void add_vertex(const RoutedVertex& vertex, const Quadric& quadric);
   /// Adds a face to the segments of its corners. Foreign corners are added there by themselves.
@@ -108,9 +113,13 @@ class DomainLevel {
     }
   }
 
-  /// Loads a segment and frees its space. Safe on several threads for different segments.
+  /// What becomes of a segment on disk when it has been loaded.
+  enum class After { kFree, kKeep };
+
+  /// Loads a segment. Safe on several threads for different segments.
   /// @param origin  (home faces) where they were at the level before; empty at level 0
-  void load(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin);
+  void load(std::size_t segment, VertexIndex& scratch, Segment& out, std::vector<FaceLink>& origin,
+            After after = After::kFree);
 
  private:
   /// What is known of a segment while it is written. Records say how they differ from the one
@@ -136,6 +145,7 @@ class DomainLevel {
                   std::vector<FaceLink>& origin);
 
   unsigned level_;
+  bool features_ = false;
   SpaceCut cut_;
   Reservation reservation_;
   store::BucketFile vertex_file_;

@@ -10,6 +10,7 @@
 #include "remaps/base/function_ref.h"
 #include "remaps/base/geometry.h"
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/polygon_cutter.h"
 
 namespace remaps {
 
@@ -34,6 +35,13 @@ struct PositionArray {
   std::uint64_t offset = 0;
 };
 
+/// How faces that touch share their vertices in a mesh: what welding has to do.
+enum class VertexSharing {
+  shared,  ///< by index
+  split,   ///< a place may have several vertices
+  none     ///< not at all: face f has the vertices 3f, 3f + 1, 3f + 2
+};
+
 /// A triangle mesh in a file, read as two streams. Memory stays bounded whatever the file's size.
 /// Each read_* is one pass over the file and may be called again.
 class IndexedMeshReader {
@@ -49,8 +57,15 @@ class IndexedMeshReader {
   /// @throws InputError  malformed or truncated data, naming file and offset or line
   virtual void read_triangles(IndexSink sink) = 0;
 
+  /// Lets read_triangles hand over polygons of more than three corners to be cut; without, or with
+  /// nullptr, or with more than 1024 corners, they become fans. Called on the thread that reads.
+  virtual void set_polygon_cutter(PolygonCutter* /*cutter*/) {}
+
   /// True when every coordinate in the file is a float (so that storing floats loses nothing).
   virtual bool positions_are_float() const = 0;
+
+  /// Anything but `shared` calls for welding.
+  virtual VertexSharing vertex_sharing() const { return VertexSharing::shared; }
 
   /// The positions as an array in the file, where they are one, so that nobody need copy them to
   /// have them at hand. What read_positions refuses may be among them.

@@ -8,6 +8,7 @@ namespace remaps {
 
 ManifoldDefect Patch::build(std::size_t vertices, std::size_t own,
                             std::span<const LocalTriangle> triangles) {
+  has_features_ = false;
   face_.resize(triangles.size());
   for (std::size_t f = 0; f < triangles.size(); ++f) {
     const LocalTriangle& t = triangles[f];
@@ -112,7 +113,11 @@ ManifoldDefect Patch::check_vertices(std::size_t own) {
       c = next_corner(across);
       if (c == first_corner_[v]) break;
     }
-    if (count != faces && v < own) return {ManifoldDefect::Kind::kVertexFans, v, v};
+    if (v < own) {
+      if (count != faces) return {ManifoldDefect::Kind::kVertexFans, v, v};
+      // Two faces all around a vertex have the same corners.
+      if (count == 2 && !boundary_[v]) return {ManifoldDefect::Kind::kSameCorners, v, v};
+    }
     valence_[v] = count + boundary_[v];
   }
   return {};
@@ -182,7 +187,54 @@ void Patch::link(LocalIndex a, LocalIndex b) {
   if (b != kNoIndex) face_[face_of(b)].opposite[slot_of(b)] = a;
 }
 
+void Patch::mark_features(std::span<const std::uint8_t> marks) {
+  has_features_ = true;
+  for (std::size_t f = 0; f < face_.size(); ++f) face_[f].vertex[3] = marks[f];
+}
+
+void Patch::clear_feature(LocalIndex c) {
+  const LocalIndex across = opposite(c);
+  face_[face_of(c)].vertex[3] &= ~(1u << slot_of(c));
+  if (across != kNoIndex) face_[face_of(across)].vertex[3] &= ~(1u << slot_of(across));
+}
+
+/// Marks of the triangles of a fan, from those of the star that it replaces.
+std::array<std::uint8_t, kMaxStarFaces> Patch::fan_marks(const Star& star, unsigned apex) const {
+  const unsigned n = star.ring_size();
+  std::array<unsigned, kMaxRing> outer{};
+  std::array<unsigned, kMaxRing> spoke{};
+  for (unsigned i = 0; i < star.wedges; ++i) {
+    outer[i] = is_feature(star.corner[i]);
+    spoke[i] = is_feature(previous_corner(star.corner[i]));
+  }
+  const auto wrap = [n](unsigned slot) { return slot >= n ? slot - n : slot; };
+  // Of the fan's edge to the ring point `steps` after the apex.
+  const auto from_apex = [&](unsigned steps) {
+    if (steps == 1) return outer[apex];
+    if (steps == n - 1) return outer[wrap(apex + steps)];
+    return spoke[apex] & spoke[wrap(apex + steps)];
+  };
+  std::array<std::uint8_t, kMaxStarFaces> marks{};
+  for (unsigned j = 0; j + 2 < n; ++j) {
+    marks[j] = static_cast<std::uint8_t>(outer[wrap(apex + 1 + j)] | from_apex(j + 2) << 1 |
+                                         from_apex(j + 1) << 2);
+  }
+  return marks;
+}
+
 void Patch::retriangulate(LocalIndex v, const Star& star, unsigned apex) {
+  if (!has_features_) {
+    replace_star(v, star, apex);
+    return;
+  }
+  const auto marks = fan_marks(star, apex);
+  replace_star(v, star, apex);
+  for (unsigned j = 0; j + 2 < star.ring_size(); ++j) {
+    face_[face_of(star.corner[j])].vertex[3] = marks[j];
+  }
+}
+
+void Patch::replace_star(LocalIndex v, const Star& star, unsigned apex) {
   const unsigned n = star.ring_size();
   const unsigned triangles = n - 2;
   std::array<LocalIndex, kMaxRing> outer{};

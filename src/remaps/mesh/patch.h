@@ -50,7 +50,7 @@ struct Star {
 
 /// Why a triangle set is no manifold patch, and where. Vertices are local.
 struct ManifoldDefect {
-  enum class Kind { kNone, kDegenerateFace, kEdgeFaces, kOrientation, kVertexFans };
+  enum class Kind { kNone, kDegenerateFace, kEdgeFaces, kOrientation, kVertexFans, kSameCorners };
   Kind kind = Kind::kNone;
   LocalIndex vertex_a = kNoIndex;
   LocalIndex vertex_b = kNoIndex;
@@ -121,14 +121,31 @@ class Patch {
   bool fan_keeps_topology(const Star& star, unsigned apex) const;
 
   /// Removes the vertex whose star is given and fills the hole with the fan about ring[apex], face
-  /// ids as in Retriangulation. Requires fan_keeps_topology.
+  /// ids as in Retriangulation. Requires fan_keeps_topology. Marks are carried: edges of the ring
+  /// keep theirs, and a feature that runs through the vertex to ring[apex] and on to another ring
+  /// point runs along the edge between the two afterwards.
   void retriangulate(LocalIndex v, const Star& star, unsigned apex);
+
+  /// Marks edges as features, until the next `build`.
+  ///
+  /// @param marks  (f) bit i is for the edge opposite to corner i; both faces of an edge must
+  /// agree.
+  ///               Higher bits are kept with the face as long as it lives.
+  void mark_features(std::span<const std::uint8_t> marks);
+  bool has_features() const { return has_features_; }
+  std::uint8_t marks(LocalIndex f) const { return static_cast<std::uint8_t>(face_[f].vertex[3]); }
+  /// True when the edge opposite to corner c is a feature. Requires has_features.
+  bool is_feature(LocalIndex c) const {
+    return ((face_[face_of(c)].vertex[3] >> slot_of(c)) & 1u) != 0;
+  }
+  /// Takes the mark off an edge, in both its faces.
+  void clear_feature(LocalIndex c);
 
  private:
   /// Corners and what lies across from them, side by side: half a cache line, which walks around a
   /// vertex need together.
   struct alignas(32) Face {
-    std::array<LocalIndex, 4> vertex;    // the last is unused
+    std::array<LocalIndex, 4> vertex;    // the last holds marks, with has_features_
     std::array<LocalIndex, 4> opposite;  // corners; the last is unused
   };
   /// A half-edge in the list of those that leave its tail.
@@ -142,8 +159,11 @@ class Patch {
   ManifoldDefect find_defect() const;
   ManifoldDefect check_vertices(std::size_t own);
   void link(LocalIndex a, LocalIndex b);
+  void replace_star(LocalIndex v, const Star& star, unsigned apex);
+  std::array<std::uint8_t, kMaxStarFaces> fan_marks(const Star& star, unsigned apex) const;
   LocalIndex clockwise_most(LocalIndex corner) const;
 
+  bool has_features_ = false;
   std::vector<Face> face_;
   std::vector<LocalIndex> first_corner_;      // (vertices)
   std::vector<std::uint32_t> valence_;        // (vertices)

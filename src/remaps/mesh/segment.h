@@ -27,6 +27,9 @@ struct Segment {
   std::vector<FaceId> face_id;          ///< (f) first level: input face indices; empty afterwards
   std::vector<float> load;  ///< (f) predicted squared sampling error, see simplify/sampling_load.h
   std::vector<std::uint8_t> locked;  ///< (v)
+  /// (f) which edges are features, see simplify/feature_edges.h; empty when none are kept, and at
+  /// the first level before they are found.
+  std::vector<std::uint8_t> feature;
   LocalIndex own_vertices = 0;
   LocalIndex home_faces = 0;
 
@@ -38,6 +41,7 @@ struct Segment {
     face_id.clear();
     load.clear();
     locked.clear();
+    feature.clear();
     own_vertices = home_faces = 0;
   }
 };

@@ -1,6 +1,7 @@
 #include "remaps/pipeline/attribute_output.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 namespace remaps::pipeline {
@@ -24,7 +25,9 @@ AttributeOutput::AttributeOutput(const Bundle& bundle, std::vector<AttributeSpec
     if (!any(per)) continue;
     const std::size_t bytes = row_bytes(specs_, per) * (per == AttributePer::corner ? 3 : 1);
     rows_[static_cast<std::size_t>(per)].emplace(
-        options.temp_dir / ("output-" + std::string(name_of(per)) + "-attributes"), bytes);
+        options.temp_dir /
+            ("output-" + std::string(name_of(per)) + "-attributes-" + std::to_string(grid.level())),
+        bytes);
   }
 }
 
@@ -42,6 +45,21 @@ void AttributeOutput::end() {
   if (!vertices_) return;
   vertices_->finish(*rows_[0], options_.buffer_bytes, options_.carry.progress);
   vertices_.reset();
+}
+
+void AttributeOutput::take_vertices(const AttributeOutput& finer) {
+  if (!rows_[0]) return;
+  const std::size_t width = rows_[0]->row_bytes();
+  finer.grid_.coarse_vertices(grid_.level(), [&](std::uint64_t first, std::uint64_t count) {
+    while (count > 0) {
+      const std::uint64_t part = std::min<std::uint64_t>(count, chunk_of(width));
+      chunk_.resize(static_cast<std::size_t>(part) * width);
+      finer.rows_[0]->read(first, chunk_);
+      rows_[0]->append(chunk_);
+      first += part;
+      count -= part;
+    }
+  });
 }
 
 void AttributeOutput::sample_faces() {

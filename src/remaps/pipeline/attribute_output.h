@@ -34,6 +34,8 @@ class AttributeOutput final : public resample::SampleObserver {
   void see(const Tile& tile, std::span<const map::TaggedPoint> points) override;
   void end() override;
 
+  /// Takes the rows of vertices from those of a finer grid, which has them all.
+  void take_vertices(const AttributeOutput& finer);
   /// Looks up the faces, if they or their corners have attributes.
   void sample_faces();
 

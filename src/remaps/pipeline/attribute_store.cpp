@@ -237,4 +237,16 @@ void store_attributes(IndexedMeshReader& reader, const AttributeLayout& wanted,
   file.seal();
 }
 
+void store_copies(const store::RowSpool& originals, std::uint64_t copies,
+                  const std::filesystem::path& path) {
+  VertexCopiesWriter file(path);
+  std::vector<VertexId> chunk;
+  for (std::uint64_t first = 0; first < copies; first += chunk.size()) {
+    chunk.resize(static_cast<std::size_t>(std::min(kMostChunk, copies - first)));
+    originals.read(first, std::as_writable_bytes(std::span(chunk)));
+    file.add(chunk);
+  }
+  file.seal();
+}
+
 }  // namespace remaps::pipeline

@@ -9,6 +9,7 @@
 #include "remaps/mesh/attribute_file.h"
 #include "remaps/mesh/indexed_stream.h"
 #include "remaps/pipeline/memory_plan.h"
+#include "remaps/store/row_spool.h"
 
 namespace remaps::pipeline {
 
@@ -20,5 +21,10 @@ namespace remaps::pipeline {
 void store_attributes(IndexedMeshReader& reader, const AttributeLayout& wanted,
                       const std::filesystem::path& path, const std::filesystem::path& temp_dir,
                       const MemoryPlan& plan, MemoryBudget& budget, Progress& progress);
+
+/// Writes which vertex each vertex that repair made is a copy of.
+/// @param originals  rows of a VertexId, in the order of the copies
+void store_copies(const store::RowSpool& originals, std::uint64_t copies,
+                  const std::filesystem::path& path);
 
 }  // namespace remaps::pipeline

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kBundleVersion = 1;
+constexpr int kBundleVersion = 2;
 
 /// What stands before the manifest's checksum of itself: 16 digits, taken as zeros for the sum.
 constexpr std::string_view kOwnChecksum = "\"manifest.json\": \"";
@@ -79,6 +79,10 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     const Json& input = json.at("input");
     m.input_name = input.at("name");
     m.input_vertices = input.at("vertices");
+    m.input_faces = input.at("file_faces");
+    m.absent_vertices = input.at("absent_vertices");
+    m.copied_vertices = input.at("copied_vertices");
+    m.filled_faces = input.at("filled_faces");
     m.topology.vertices = input.at("referenced_vertices");
     m.topology.faces = input.at("faces");
     m.topology.boundary_edges = input.at("boundary_edges");
@@ -88,6 +92,7 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     const Json& origin = input.at("origin");
     m.origin = {origin.at(0), origin.at(1), origin.at(2)};
     m.base_vertices_requested = json.at("base_vertices_requested");
+    m.feature_angle_deg = json.value("feature_angle_deg", 0.0);
     for (const Json& level : json.at("levels")) m.segments.push_back(level.at("segments"));
     m.levels = static_cast<unsigned>(m.segments.size());
     if (json.contains("attributes")) {
@@ -169,6 +174,10 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
   json["version"] = kBundleVersion;
   json["input"] = {{"name", m.input_name},
                    {"vertices", m.input_vertices},
+                   {"file_faces", m.input_faces},
+                   {"absent_vertices", m.absent_vertices},
+                   {"copied_vertices", m.copied_vertices},
+                   {"filled_faces", m.filled_faces},
                    {"referenced_vertices", m.topology.vertices},
                    {"faces", m.topology.faces},
                    {"boundary_edges", m.topology.boundary_edges},
@@ -178,6 +187,7 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
                    {"bbox_diagonal", m.diagonal},
                    {"origin", {m.origin.x, m.origin.y, m.origin.z}}};
   json["base_vertices_requested"] = m.base_vertices_requested;
+  if (m.feature_angle_deg > 0) json["feature_angle_deg"] = m.feature_angle_deg;
   json["levels"] = Json::array();
   for (std::size_t level = 0; level < m.segments.size(); ++level) {
     json["levels"].push_back({{"log", log_name(level)}, {"segments", m.segments[level]}});

@@ -19,10 +19,15 @@ namespace remaps::pipeline {
 struct Manifest {
   std::string input_name;            ///< file name only
   std::uint64_t input_vertices = 0;  ///< all, those without a face included
-  Topology topology;                 ///< of the input, counted on the input
-  Vec3 origin;                       ///< added to stored positions
-  double diagonal = 0;               ///< of the input's bounding box
+  std::uint64_t input_faces = 0;  ///< all triangles of the file, those that were left out included
+  std::uint64_t absent_vertices = 0;  ///< of the input: not finite, and so in no tile
+  std::uint64_t filled_faces = 0;     ///< made by repair; numbered from input_faces on
+  std::uint64_t copied_vertices = 0;  ///< made by repair; numbered from input_vertices on
+  Topology topology;                  ///< of the repaired input, counted on that
+  Vec3 origin;                        ///< added to stored positions
+  double diagonal = 0;                ///< of the input's bounding box
   std::uint64_t base_vertices_requested = 0;
+  double feature_angle_deg = 0;         ///< 0: features were not kept
   unsigned levels = 0;                  ///< number of logs
   std::vector<std::uint64_t> segments;  ///< (levels)
   std::uint64_t map_checksum = 0;       ///< XXH3-64 of map.bin

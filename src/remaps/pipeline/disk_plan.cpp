@@ -5,12 +5,26 @@
 #include <system_error>
 
 #include "remaps/base/errors.h"
+#include "remaps/formats/file_extension.h"
+#include "remaps/formats/mesh_reader.h"
 
 namespace remaps::pipeline {
 namespace {
 
 /// Temporary bytes for each of the input: docs/design/ingest.md has the measured ones.
 constexpr double kTemporaryPerInput = 4;
+
+/// The bytes of a mesh: a .gltf has most of them in other files.
+std::uint64_t bytes_of_mesh(const std::filesystem::path& input) {
+  if (lower_extension(input) == ".gltf") {
+    try {
+      return open_mesh_reader(input)->bytes_total();
+    } catch (const Error&) {
+      return 0;
+    }
+  }
+  return guess_content_bytes(input);
+}
 
 double mebibytes(std::uint64_t bytes) {
   return double(bytes) / (1 << 20);
@@ -19,10 +33,7 @@ double mebibytes(std::uint64_t bytes) {
 }  // namespace
 
 std::uint64_t temporary_bytes_needed(const std::filesystem::path& input) {
-  std::error_code error;
-  const std::uint64_t bytes = std::filesystem::file_size(input, error);
-  if (error) return 0;
-  return static_cast<std::uint64_t>(kTemporaryPerInput * double(bytes));
+  return static_cast<std::uint64_t>(kTemporaryPerInput * double(bytes_of_mesh(input)));
 }
 
 void check_disk_space(std::uint64_t needed_bytes, const std::filesystem::path& directory) {

@@ -5,8 +5,9 @@
 
 namespace remaps::pipeline {
 
-/// Temporary disk that a run on `input` takes at most, by the size of the file: text takes more
-/// bytes than its binary form, so this errs on the safe side there.
+/// Temporary disk that a run on `input` takes at most, by the size of the file, or of what it
+/// holds if compressed: text takes more bytes than its binary form, so this errs on the safe side
+/// there.
 /// @return  0 when there is no such file: its reader will say so
 std::uint64_t temporary_bytes_needed(const std::filesystem::path& input);
 

@@ -86,7 +86,8 @@ void FaceJoin::load_range(std::uint64_t range) {
     for (std::size_t i = 0; i < chunk.size(); ++i) {
       const std::uint32_t segment = level_.cut().segment_of(chunk[i]);
       table_.set(static_cast<std::size_t>(at) + i, segment);
-      if (add_vertices_) level_.add_vertex({first + at + i, chunk[i], segment}, {});
+      if (add_vertices_ && is_finite(chunk[i]))
+        level_.add_vertex({first + at + i, chunk[i], segment}, {});
     }
   }
 }

@@ -1,5 +1,7 @@
 #include "remaps/pipeline/ingest.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -18,6 +20,7 @@ void route_vertices(const VertexSpool& spool, DomainLevel& level, Progress& prog
     chunk.resize(static_cast<std::size_t>(std::min(kChunk, spool.vertices() - first)));
     spool.read(first, chunk);
     for (std::size_t i = 0; i < chunk.size(); ++i) {
+      if (!is_finite(chunk[i])) continue;
       level.add_vertex({first + i, chunk[i], level.cut().segment_of(chunk[i])}, {});
     }
     progress.advance(0.15 + 0.2 * double(first + chunk.size()) / double(spool.vertices()));
@@ -55,18 +58,39 @@ class FaceRouter {
   void add(const FaceChunk& chunk) {
     for (const Triangle& t : chunk.triangle) {
       if (lookup_ && faces_ % kStretch == 0) look_at_cache();
-      join_ ? join_->add(t, faces_) : add_from_cache(t);
+      if (!leave_out(t)) join_ ? join_->add(t, faces_) : add_from_cache(t);
       ++faces_;
     }
     progress_.advance(0.4 + 0.5 * chunk.fraction);
   }
 
-  std::uint64_t finish() {
+  void finish(Ingested& result) {
     if (join_) join_->finish([&](double fraction) { progress_.advance(0.9 + 0.1 * fraction); });
-    return faces_;
+    result.faces = faces_;
+    result.degenerate_faces = degenerate_;
+    result.first_degenerate = first_degenerate_;
+    result.twice = twice_;
+    result.nonfinite_faces = nonfinite_;
   }
 
  private:
+  bool leave_out(const Triangle& t) {
+    if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) {
+      if (degenerate_++ == 0) {
+        first_degenerate_ = faces_;
+        twice_ = t[0] == t[1] || t[0] == t[2] ? t[0] : t[1];
+      }
+      return true;
+    }
+    const std::vector<VertexId>& nonfinite = spool_.nonfinite();
+    if (nonfinite.empty()) return false;
+    const bool touched = std::any_of(t.begin(), t.end(), [&](VertexId v) {
+      return std::binary_search(nonfinite.begin(), nonfinite.end(), v);
+    });
+    nonfinite_ += touched;
+    return touched;
+  }
+
   void add_from_cache(const Triangle& t) {
     std::array<RoutedVertex, 3> corner;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -96,6 +120,10 @@ class FaceRouter {
   std::optional<VertexLookup> lookup_;
   std::optional<FaceJoin> join_;
   std::uint64_t faces_ = 0;
+  std::uint64_t degenerate_ = 0;
+  FaceId first_degenerate_ = 0;
+  VertexId twice_ = 0;
+  std::uint64_t nonfinite_ = 0;
   std::uint64_t misses_before_ = 0;
 };
 
@@ -130,6 +158,9 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.15 * fraction); });
   if (spool.vertices() == 0) throw GeometryError("the mesh has no vertices");
   result.vertices = spool.vertices();
+  result.nonfinite_vertices = spool.nonfinite().size();
+  if (result.nonfinite_vertices == result.vertices)
+    throw GeometryError("no vertex has finite coordinates");
   result.origin = spool.origin();
   result.diagonal = spool.box().diagonal();
 
@@ -138,9 +169,15 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   const SpaceCut cut(sample, segments_for(2 * result.vertices, plan), 0);
   result.level = std::make_unique<DomainLevel>(0, cut, temp_dir, plan.bucket_bytes, budget);
   FaceRouter router(spool, *result.level, plan, temp_dir, budget, progress);
+  const PolygonCutting cutting(reader, spool, plan.cache_bytes / 4, budget);
   read_faces(reader, router, threads > 1);
-  result.faces = router.finish();
+  router.finish(result);
   if (result.faces == 0) throw GeometryError("the mesh has no faces");
+  if (result.level->faces() == 0) {
+    throw GeometryError(
+        fmt::format("no face is left: of {}, {} have a vertex twice and {} one that is not finite",
+                    result.faces, result.degenerate_faces, result.nonfinite_faces));
+  }
   return result;
 }
 

@@ -100,7 +100,7 @@ class LevelReplay {
     decode_tile(bytes, what, work.tile);
     const Tile& tile = work.tile;
     for (const VertexId id : tile.vertex_id) {
-      if (id >= bundle_.manifest().input_vertices) {
+      if (id >= bundle_.manifest().input_vertices + bundle_.manifest().copied_vertices) {
         throw CorruptionError(fmt::format("{}: there is no input vertex {}", what, id));
       }
     }

@@ -164,9 +164,9 @@ void Locator::find_faces(const std::vector<InputPoint>& points, map::PointBucket
                          std::vector<Location>& found) {
   std::vector<std::pair<FaceId, std::size_t>> wanted;
   for (std::size_t i = 0; i < points.size(); ++i) {
-    if (points[i].face >= manifest_.topology.faces) {
+    if (points[i].face >= manifest_.input_faces + manifest_.filled_faces) {
       throw InputError(fmt::format("there is no input face {}; the input has {}", points[i].face,
-                                   manifest_.topology.faces));
+                                   manifest_.input_faces));
     }
     wanted.emplace_back(points[i].face, i);
   }
@@ -202,6 +202,10 @@ void Locator::find_faces(const std::vector<InputPoint>& points, map::PointBucket
       progress_.advance(double(tile_number + 1) / double(tiles.sections()));
     };
   });
+  if (left.load() != 0 &&
+      manifest_.topology.faces < manifest_.input_faces + manifest_.filled_faces) {
+    throw GeometryError("some of the faces asked for were left out by repair");
+  }
   if (left.load() != 0) {
     throw CorruptionError(
         fmt::format("{}: no tile has some of the faces asked for", tiles.path().string()));

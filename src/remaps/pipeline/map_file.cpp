@@ -23,6 +23,10 @@ MapFileWriter::MapFileWriter(const std::filesystem::path& temp_dir, std::uint64_
                                   "a block of map.bin")) {}
 
 void MapFileWriter::add(VertexId vertex, const map::FacePoint& on_base) {
+  if (vertex >= vertices_) {
+    ++copies_;
+    return;
+  }
   file_.append_record(static_cast<std::size_t>(vertex / block_), [&](store::Packer& packer) {
     packer.put(static_cast<std::uint32_t>(vertex % block_));
     packer.put(
@@ -56,10 +60,10 @@ std::uint64_t MapFileWriter::write(const std::filesystem::path& path, std::uint6
   const std::uint64_t checksum = XXH3_64bits_digest(hash);
   XXH3_freeState(hash);
   out.close();
-  if (placed != expected) {
+  if (placed + copies_ != expected) {
     std::filesystem::remove(partial);
-    throw CorruptionError("the map holds " + std::to_string(placed) + " vertices instead of " +
-                          std::to_string(expected));
+    throw CorruptionError("the map holds " + std::to_string(placed + copies_) +
+                          " vertices instead of " + std::to_string(expected));
   }
   std::filesystem::rename(partial, path);
   return checksum;

@@ -23,6 +23,7 @@ class MapFileWriter {
  public:
   MapFileWriter(const std::filesystem::path& temp_dir, std::uint64_t vertices,
                 std::uint64_t buffer_bytes, MemoryBudget& budget);
+  /// Vertices beyond the input's, which are copies that repair made, are only counted.
   void add(VertexId vertex, const map::FacePoint& on_base);
   /// Writes the file; vertices that were never added get no face.
   /// @param expected  number of vertices that must have been added
@@ -33,6 +34,7 @@ class MapFileWriter {
  private:
   std::uint64_t vertices_;
   std::uint64_t block_;
+  std::uint64_t copies_ = 0;
   store::BucketFile file_;
   Reservation reservation_;
 };

@@ -5,15 +5,17 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <vector>
 
-#include "remaps/formats/mesh_reader.h"
 #include "remaps/map/base_carrier.h"
 #include "remaps/pipeline/attribute_store.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/ingest.h"
+#include "remaps/pipeline/input_mesh.h"
 #include "remaps/pipeline/map_file.h"
+#include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/run_plan.h"
 #include "remaps/simplify/sweep.h"
 
@@ -32,6 +34,8 @@ constexpr std::uint64_t kDraftAbove = 300;
 
 /// The part of the map phase that is over when all vertices are on the base.
 constexpr double kMapCarried = 0.95;
+
+constexpr const char* kWithoutStrict = "without --strict that is repaired, and counted";
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -52,15 +56,21 @@ class Parameterizer {
                       job_.base_vertices, 2 * job_.base_vertices, plan_.domain_buffer,
                       (4 * job_.base_vertices * kBytesPerFace >> 20) + 1));
     }
-    auto start = std::chrono::steady_clock::now();
+    report_.repairs = {};
     plan_phases(guess_vertices(job_.input));
     read_input();
-    report_.seconds_ingest = seconds_since(start);
-    start = std::chrono::steady_clock::now();
-    sweep_to_base();
-    report_.seconds_sweeps = seconds_since(start);
+    if (job_.repair.any()) repair_input();
+    try {
+      sweep_to_base();
+    } catch (const simplify::NotManifold& defect) {
+      // Found out here, and not looked for before, since most inputs are sound.
+      if (job_.strict) throw GeometryError(fmt::format("{}; {}", defect.what(), kWithoutStrict));
+      if (repaired_) throw;
+      start_again();
+      sweep_to_base();
+    }
     if (job_.write_map) {
-      start = std::chrono::steady_clock::now();
+      const auto start = std::chrono::steady_clock::now();
       map_vertices();
       report_.seconds_map = seconds_since(start);
     }
@@ -69,24 +79,88 @@ class Parameterizer {
 
  private:
   void read_input() {
-    const auto reader = open_mesh_reader(job_.input);
-    ingested_ = ingest(*reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
-    store_input_attributes(*reader);
-    report_.bytes_read += reader->bytes_read_total();
+    const auto start = std::chrono::steady_clock::now();
+    const InputMesh input =
+        open_input_mesh(job_.input, {job_.temp_dir, plan_.budget_bytes / 2, job_.weld_distance},
+                        budget_, progress_);
+    report_.repairs.welded_vertices = input.welded_vertices;
+    ingested_ = ingest(*input.reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
+    store_input_attributes(*input.reader);
+    report_.bytes_read += input.reader->bytes_read_total();
     report_.input_path = job_.input.string();
     report_.input_vertices = ingested_.vertices;
     report_.input_faces = ingested_.faces;
     report_.bbox_diagonal = ingested_.diagonal;
     manifest_.input_name = job_.input.filename().string();
     manifest_.input_vertices = ingested_.vertices;
+    manifest_.input_faces = ingested_.faces;
+    manifest_.absent_vertices = ingested_.nonfinite_vertices;
+    note_left_out();
+    report_.seconds_ingest += seconds_since(start);
     manifest_.origin = ingested_.origin;
     manifest_.diagonal = ingested_.diagonal;
     manifest_.base_vertices_requested = job_.base_vertices;
+    manifest_.feature_angle_deg = job_.feature_angle_deg;
+  }
+
+  /// Counts what ingest left out, or refuses it.
+  void note_left_out() {
+    Repairs& repairs = report_.repairs;
+    repairs.nonfinite_vertices = ingested_.nonfinite_vertices;
+    repairs.nonfinite_faces = ingested_.nonfinite_faces;
+    repairs.degenerate_faces = ingested_.degenerate_faces;
+    if (!job_.strict) return;
+    if (repairs.nonfinite_vertices > 0) {
+      throw GeometryError(fmt::format("{}: coordinates of {} vertices are not finite; {}",
+                                      job_.input.string(), repairs.nonfinite_vertices,
+                                      kWithoutStrict));
+    }
+    if (repairs.degenerate_faces > 0) {
+      throw GeometryError(
+          fmt::format("{}: {} faces have a vertex twice, face {} has vertex {} so (from 0); {}",
+                      job_.input.string(), repairs.degenerate_faces, ingested_.first_degenerate,
+                      ingested_.twice, kWithoutStrict));
+    }
+  }
+
+  /// Reads the input again, since the sweep that found it unsound has used it up, and repairs it.
+  void start_again() {
+    report_.sweeps.clear();
+    manifest_.segments.clear();
+    ingested_ = {};
+    progress_.plan({expect_ingest(report_.input_vertices), expect_repair(report_.input_vertices)});
+    read_input();
+    repair_input();
+  }
+
+  void repair_input() {
+    const auto start = std::chrono::steady_clock::now();
+    repaired_ = true;
+    const repair::Findings found = pipeline::repair_input(
+        ingested_, job_.repair, plan_, job_.temp_dir, budget_, progress_, report_.repairs);
+    if (!found.one_sided.empty()) {
+      throw GeometryError(fmt::format(
+          "{}: the surface cannot be oriented: it has one side only, like a Moebius strip, which "
+          "shows at {} (counted from 0). Cut it open there first",
+          job_.input.string(), found.one_sided));
+    }
+    if (ingested_.level->faces() == 0) {
+      throw GeometryError(fmt::format("{}: no component has {} faces (--min-component)",
+                                      job_.input.string(), job_.repair.min_component));
+    }
+    manifest_.copied_vertices = ingested_.copied_vertices;
+    if (!manifest_.attributes.specs.empty() && ingested_.copied_vertices > 0) {
+      store_copies(*ingested_.originals, ingested_.copied_vertices, job_.bundle / kCopiesName);
+      manifest_.attributes.copies = ingested_.copied_vertices;
+    }
+    manifest_.filled_faces = ingested_.filled_faces;
+    report_.seconds_ingest += seconds_since(start);
   }
 
   /// Names that are not there are refused before the sweeps.
   void store_input_attributes(IndexedMeshReader& reader) {
-    if (job_.attributes.none()) return;
+    if (job_.attributes.none() || !manifest_.attributes.specs.empty()) return;
+    report_.attributes.clear();
     const std::vector<AttributeSpec> specs = reader.attributes();
     AttributeLayout layout{job_.attributes.choose(specs, job_.input.string()), ingested_.vertices,
                            ingested_.faces};
@@ -128,19 +202,15 @@ class Parameterizer {
     const double locked = std::min(double(level.mixed_faces()), vertices);
     const double left = locked + keep * (vertices - locked);
     const std::size_t segments = segments_for(static_cast<std::uint64_t>(2 * left), plan_);
-    return std::make_unique<DomainLevel>(level.level() + 1,
-                                         SpaceCut(sample.kept(), segments, level.level() + 1),
-                                         job_.temp_dir, plan_.bucket_bytes, budget_);
-  }
-
-  Reservation reserve_lanes(const DomainLevel& level) {
-    const std::uint64_t faces = level.largest_segment();
-    const auto lanes = std::min<std::uint64_t>(plan_.sweep_threads, level.segments());
-    return budget_.reserve(faces * kBytesPerFace * (lanes + (lanes > 1 ? 1 : 0)),
-                           fmt::format("simplifying segments of up to {} faces", faces));
+    auto next = std::make_unique<DomainLevel>(level.level() + 1,
+                                              SpaceCut(sample.kept(), segments, level.level() + 1),
+                                              job_.temp_dir, plan_.bucket_bytes, budget_);
+    if (job_.feature_angle_deg > 0) next->carry_features();
+    return next;
   }
 
   void sweep_to_base() {
+    const auto start = std::chrono::steady_clock::now();
     std::unique_ptr<DomainLevel> level = std::move(ingested_.level);
     PositionSample sample = std::move(ingested_.sample);
     std::optional<TopologyCounter> topology;
@@ -160,6 +230,7 @@ class Parameterizer {
       options.base_vertices = job_.base_vertices;
       options.draft = level->vertices() > kDraftAbove * job_.base_vertices;
       options.diagonal = ingested_.diagonal;
+      options.feature_angle_rad = job_.feature_angle_deg * std::numbers::pi / 180;
       options.threads = plan_.sweep_threads;
       options.input_name = job_.input.string();
       options.progress = &progress_;
@@ -172,7 +243,7 @@ class Parameterizer {
         output.tiles = &tiles;
         output.topology = &*topology;
       }
-      const Reservation lanes = reserve_lanes(*level);
+      const Reservation lanes = reserve_lanes(*level, plan_, budget_);
       const simplify::SweepCounts counts = run_sweep(*level, options, output);
       log.seal();
       record(number, counts);
@@ -184,19 +255,36 @@ class Parameterizer {
       level = std::move(next);
       sample = std::move(next_sample);
     }
+    report_.seconds_sweeps = seconds_since(start);
   }
 
   void record(unsigned level, const simplify::SweepCounts& counts) {
     manifest_.segments.push_back(counts.segments);
     report_.sweeps.push_back({counts.faces_in, counts.faces_out, counts.segments});
-    if (level == 0) report_.unreferenced_vertices = counts.unreferenced_vertices;
+    if (level == 0) report_.repairs.unreferenced_vertices = counts.unreferenced_vertices;
+    record_features(level, counts);
     if (counts.segments > 1 && double(counts.faces_out) > 0.97 * double(counts.faces_in)) {
       throw BudgetError(fmt::format(
           "with segments of {} faces the sweeps cannot simplify further: {} faces are left. A "
           "--domain-buffer of {} faces "
-          "would take them in one piece",
-          plan_.segment_faces, counts.faces_out, counts.faces_out + counts.faces_out / 10));
+          "would take them in one piece{}",
+          plan_.segment_faces, counts.faces_out, counts.faces_out + counts.faces_out / 10,
+          counts.corners == 0
+              ? ""
+              : fmt::format("; {} corners of features stay in any case, fewer with a larger "
+                            "--feature-angle",
+                            counts.corners)));
     }
+  }
+
+  void record_features(unsigned level, const simplify::SweepCounts& counts) {
+    if (job_.feature_angle_deg <= 0) return;
+    if (level == 0)
+      report_.features = Report::Features{job_.feature_angle_deg, counts.feature_edges};
+    report_.features->dropped_edges += counts.dropped_features;
+    report_.features->corners = counts.corners;
+    report_.features->base_edges = counts.base_feature_edges;
+    report_.features->least_base_vertices = counts.least_vertices;
   }
 
   void map_vertices() {
@@ -219,7 +307,9 @@ class Parameterizer {
     }
     add_base_vertices(file);
     manifest_.map_checksum =
-        file.write(job_.bundle / kMapName, ingested_.vertices - report_.unreferenced_vertices);
+        file.write(job_.bundle / kMapName, ingested_.vertices + manifest_.copied_vertices -
+                                               ingested_.nonfinite_vertices -
+                                               report_.repairs.unreferenced_vertices);
   }
 
   void add_base_vertices(MapFileWriter& file) const {
@@ -254,6 +344,7 @@ class Parameterizer {
   Ingested ingested_;
   Manifest manifest_;
   BaseMesh base_;
+  bool repaired_ = false;
 };
 
 }  // namespace

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
 #include "remaps/mesh/attributes.h"
 #include "remaps/pipeline/memory_plan.h"
+#include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/report.h"
 
 namespace remaps::pipeline {
@@ -16,6 +18,10 @@ struct ParameterizeJob {
   std::filesystem::path temp_dir;  ///< an empty directory for everything else
   std::uint64_t base_vertices = 200;
   unsigned threads = 1;
+  bool strict = false;  ///< refuse what would need repair
+  RepairChoices repair;
+  std::optional<double> weld_distance;  ///< in file units: docs/design/weld.md
+  double feature_angle_deg = 0;         ///< 0: no features
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
   AttributeChoice attributes;  ///< that the bundle keeps
 };

@@ -7,10 +7,11 @@
 #include <optional>
 #include <thread>
 
-#include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
 #include "remaps/pipeline/bundle.h"
 #include "remaps/pipeline/disk_plan.h"
+#include "remaps/pipeline/error_control.h"
+#include "remaps/pipeline/input_mesh.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/output.h"
 #include "remaps/pipeline/parameterize.h"
@@ -37,7 +38,17 @@ class Staged {
       : target_(target), directory_(parent_of(target)) {}
 
   std::filesystem::path path() const { return directory_.path() / target_.filename(); }
-  void file_to_target() const { std::filesystem::rename(path(), target_); }
+  /// Moves outputs out, whose paths are in the report, and counts their bytes.
+  void outputs_to_targets(Report& report) const {
+    for (Report::Output& output : report.outputs) {
+      const std::filesystem::path from = output.path;
+      const std::filesystem::path to = target_.parent_path() / from.filename();
+      report.bytes_written += std::filesystem::file_size(from);
+      std::filesystem::rename(from, to);
+      output.path = to.string();
+    }
+    report.output_path = report.outputs.back().path;
+  }
   /// Replaces what is there; only ever called for an earlier bundle.
   void directory_to_target() const {
     const std::filesystem::path old = directory_.path() / "replaced";
@@ -63,6 +74,10 @@ void check_bundle_target(const std::filesystem::path& bundle) {
     throw IoError(bundle.string() + ": exists and is not a bundle; it is left alone");
 }
 
+/// Where no level meets the goal for the error, the base gets so many times larger, so often.
+constexpr std::uint64_t kLargerBase = 4;
+constexpr unsigned kBases = 4;
+
 /// --fit holds the output in memory: said before the work starts, not after the sweeps. The true
 /// number of faces depends on the topology; about two a base vertex.
 void check_fit(const RemeshOptions& options) {
@@ -73,6 +88,15 @@ void check_fit(const RemeshOptions& options) {
   throw BudgetError(fmt::format(
       "--fit holds the output in memory: about {:.0f} faces need --memory {:.0f}M or more", faces,
       std::ceil(bytes / (1 << 20))));
+}
+
+/// A format with a limit refuses what is surely beyond it before the work starts: a base of so many
+/// vertices, where the input has so many, has half as many faces at least.
+void check_output_size(const RemeshOptions& options) {
+  if (options.output.empty()) return;
+  const std::uint64_t base = std::min(options.base_vertices, guess_vertices(options.input)) / 2;
+  const std::uint64_t faces = base << (2 * options.level);
+  if (faces > 0) check_mesh_size(options.output, faces / 2 + 1, faces);
 }
 
 }  // namespace
@@ -90,6 +114,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   report.map_buffer = plan.map_buffer;
 
   check_fit(options);
+  check_output_size(options);
   const bool has_output = !options.output.empty();
   const bool has_bundle = !options.bundle.empty();
   const std::filesystem::path bundle_target = without_slash(options.bundle);
@@ -106,7 +131,6 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   if (has_bundle) staged_bundle.emplace(bundle_target);
   const std::filesystem::path bundle_path =
       has_bundle ? staged_bundle->path() : temp.path() / "bundle";
-  std::filesystem::create_directory(bundle_path);
 
   if (has_output) {
     // About two faces a base vertex, and half a vertex a face.
@@ -115,29 +139,43 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
         expect_output({guess_vertices(options.input), static_cast<std::uint64_t>(vertices),
                        options.fit, options.measure, options.samples}));
   }
-  ParameterizeJob job{options.input, bundle_path, temp.path(),       options.base_vertices,
-                      threads,       has_bundle,  options.attributes};
-  parameterize(job, plan, budget, progress, report);
-  if (has_output) {
+  ParameterizeJob job;
+  job.input = options.input;
+  job.bundle = bundle_path;
+  job.temp_dir = temp.path();
+  job.base_vertices = options.base_vertices;
+  job.threads = threads;
+  job.feature_angle_deg = options.feature_angle_deg;
+  job.weld_distance = options.weld_distance;
+  job.strict = options.strict;
+  job.repair = {options.min_component, options.fill_holes};
+  job.write_map = has_bundle;
+  job.attributes = options.attributes;
+  report.goal = options.goal;
+  for (unsigned round = 1;; ++round) {
+    std::filesystem::create_directory(bundle_path);
+    parameterize(job, plan, budget, progress, report);
+    if (!has_output) break;
     const Bundle bundle(bundle_path);
-    write_output(bundle,
-                 {staged_output->path(),
-                  temp.path(),
-                  options.level,
-                  threads,
-                  options.fit,
-                  options.measure,
-                  options.samples,
-                  {}},
-                 plan, budget, progress, report);
+    const OutputJob output{staged_output->path(), temp.path(),     options.level,
+                           options.coarsest,      threads,         options.fit,
+                           options.measure,       options.samples, {}};
+    if (!options.goal.any()) {
+      write_output(bundle, output, plan, budget, progress, report);
+      break;
+    }
+    if (write_within_error(bundle, output, options.goal, plan, budget, progress, report)) break;
+    job.base_vertices *= kLargerBase;
+    const bool larger = round < kBases &&
+                        2 * job.base_vertices <= most_faces(options.goal, report.input_faces) &&
+                        job.base_vertices < report.input_vertices;
+    if (!larger) throw GeometryError(describe_miss(options.goal, report));
+    std::filesystem::remove_all(bundle_path);
+    report.sweeps.clear();
   }
   progress.check();
   if (has_bundle) staged_bundle->directory_to_target();
-  if (has_output) {
-    report.bytes_written += std::filesystem::file_size(staged_output->path());
-    staged_output->file_to_target();
-    report.output_path = options.output.string();
-  }
+  if (has_output) staged_output->outputs_to_targets(report);
   monitor.finish(report);
   return report;
 }
@@ -156,8 +194,12 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
   const Manifest& manifest = bundle.manifest();
   report.input_path = manifest.input_name;
   report.input_vertices = manifest.input_vertices;
-  report.input_faces = manifest.topology.faces;
-  report.unreferenced_vertices = manifest.input_vertices - manifest.topology.vertices;
+  report.input_faces = manifest.input_faces;
+  report.repairs.nonfinite_vertices = manifest.absent_vertices;
+  report.repairs.split_vertices = manifest.copied_vertices;
+  report.repairs.filled_faces = manifest.filled_faces;
+  report.repairs.unreferenced_vertices = manifest.input_vertices + manifest.copied_vertices -
+                                         manifest.absent_vertices - manifest.topology.vertices;
   report.bbox_diagonal = manifest.diagonal;
   report.components = manifest.topology.components;
   report.boundary_loops = manifest.topology.boundary_loops;
@@ -170,12 +212,10 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
                                                       : parent_of(options.output));
   const Staged staged(options.output);
   write_output(bundle,
-               {staged.path(), temp.path(), options.level, threads, options.fit, options.measure,
-                options.samples, options.attributes},
+               {staged.path(), temp.path(), options.level, options.coarsest, threads, options.fit,
+                options.measure, options.samples, options.attributes},
                plan, budget, progress, report);
-  report.bytes_written += std::filesystem::file_size(staged.path());
-  staged.file_to_target();
-  report.output_path = options.output.string();
+  staged.outputs_to_targets(report);
   monitor.finish(report);
   return report;
 }
@@ -186,9 +226,14 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   MemoryBudget budget(plan.budget_bytes);
   const store::TempDir temp(options.temp_dir.empty() ? std::filesystem::temp_directory_path()
                                                      : options.temp_dir);
+  const auto open = [&](const std::filesystem::path& path, const char* name) {
+    std::filesystem::create_directory(temp.path() / name);
+    return open_input_mesh(path, {temp.path() / name, plan.budget_bytes / 2, {}}, budget, progress)
+        .reader;
+  };
+  const auto original = open(options.original, "weld-original");
+  const auto remesh = open(options.remesh, "weld-remesh");
   progress.begin("read");
-  const auto original = open_mesh_reader(options.original);
-  const auto remesh = open_mesh_reader(options.remesh);
   VertexSpool original_spool(temp.path() / "original");
   VertexSpool remesh_spool(temp.path() / "remesh");
   original_spool.fill(*original, nullptr,
@@ -197,6 +242,8 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
                     [&](double fraction) { progress.advance(0.5 + 0.5 * fraction); });
   VertexLookup original_lookup(original_spool, nullptr, plan.cache_bytes / 2, budget);
   VertexLookup remesh_lookup(remesh_spool, nullptr, plan.cache_bytes / 2, budget);
+  const PolygonCutting original_cutting(*original, original_spool, plan.cache_bytes / 8, budget);
+  const PolygonCutting remesh_cutting(*remesh, remesh_spool, plan.cache_bytes / 8, budget);
   SurfaceErrorOptions measure;
   measure.samples = options.samples;
   measure.threads = threads;

@@ -14,7 +14,28 @@ std::string to_json(const Report& r) {
                    {"components", r.components},
                    {"boundary_loops", r.boundary_loops},
                    {"euler_characteristic", r.euler_characteristic}};
-  json["repairs"] = {{"unreferenced_vertices", r.unreferenced_vertices}};
+  json["repairs"] = {{"welded_vertices", r.repairs.welded_vertices},
+                     {"unreferenced_vertices", r.repairs.unreferenced_vertices},
+                     {"nonfinite_vertices", r.repairs.nonfinite_vertices},
+                     {"nonfinite_faces", r.repairs.nonfinite_faces},
+                     {"degenerate_faces", r.repairs.degenerate_faces},
+                     {"duplicate_faces", r.repairs.duplicate_faces},
+                     {"flipped_faces", r.repairs.flipped_faces},
+                     {"nonmanifold_edges", r.repairs.nonmanifold_edges},
+                     {"nonmanifold_vertices", r.repairs.nonmanifold_vertices},
+                     {"split_vertices", r.repairs.split_vertices},
+                     {"dropped_components", r.repairs.dropped_components},
+                     {"dropped_component_faces", r.repairs.dropped_component_faces},
+                     {"filled_holes", r.repairs.filled_holes},
+                     {"filled_faces", r.repairs.filled_faces}};
+  if (r.features) {
+    json["features"] = {{"angle_deg", r.features->angle_deg},
+                        {"edges", r.features->edges},
+                        {"dropped_edges", r.features->dropped_edges},
+                        {"corners", r.features->corners},
+                        {"base_edges", r.features->base_edges},
+                        {"least_base_vertices", r.features->least_base_vertices}};
+  }
   json["base"] = {{"vertices", r.base_vertices},
                   {"faces", r.base_faces},
                   {"vertices_requested", r.base_vertices_requested}};
@@ -25,6 +46,13 @@ std::string to_json(const Report& r) {
   for (const Report::Attribute& a : r.attributes) {
     json["attributes"].push_back(
         {{"name", a.name}, {"kind", a.kind}, {"per", a.per}, {"written", a.written}});
+  }
+  json["outputs"] = Json::array();
+  for (const Report::Output& output : r.outputs) {
+    json["outputs"].push_back({{"path", output.path},
+                               {"level", output.level},
+                               {"vertices", output.vertices},
+                               {"faces", output.faces}});
   }
   json["seconds"] = {{"ingest", r.seconds_ingest},   {"sweeps", r.seconds_sweeps},
                      {"map", r.seconds_map},         {"resample", r.seconds_resample},
@@ -53,6 +81,20 @@ std::string to_json(const Report& r) {
                      {"mean_backward", r.error->mean_backward},
                      {"max_forward", r.error->max_forward},
                      {"max_backward", r.error->max_backward}};
+  }
+  if (r.goal.any()) {
+    Json attempts = Json::array();
+    for (const ErrorAttempt& a : r.attempts) {
+      attempts.push_back({{"base_vertices", a.base_vertices},
+                          {"level", a.level},
+                          {"faces", a.faces},
+                          {"l2", a.l2},
+                          {"max", a.max}});
+    }
+    json["goal"] = {{"max_error", r.goal.most},
+                    {"kind", r.goal.kind == ErrorKind::kL2 ? "l2" : "max"},
+                    {"max_faces", r.goal.max_faces},
+                    {"attempts", attempts}};
   }
   if (r.quality) {
     json["quality"] = {{"area_ratio", r.quality->area_ratio},

@@ -9,6 +9,40 @@
 
 namespace remaps::pipeline {
 
+/// What of the input could not be taken as it is.
+struct Repairs {
+  std::uint64_t welded_vertices = 0;        ///< joined to others
+  std::uint64_t unreferenced_vertices = 0;  ///< have no face, or none that is left
+  std::uint64_t nonfinite_vertices = 0, nonfinite_faces = 0;  ///< dropped, with their faces
+  std::uint64_t degenerate_faces = 0;                         ///< dropped: a vertex twice
+  std::uint64_t duplicate_faces = 0;                          ///< dropped
+  std::uint64_t flipped_faces = 0;         ///< turned to agree with their neighbours
+  std::uint64_t nonmanifold_edges = 0;     ///< of more than two faces: cut
+  std::uint64_t nonmanifold_vertices = 0;  ///< of several fans: split
+  std::uint64_t split_vertices = 0;        ///< copies made where edges were cut or vertices split
+  std::uint64_t dropped_components = 0, dropped_component_faces = 0;  ///< too small
+  std::uint64_t filled_holes = 0, filled_faces = 0;
+};
+
+enum class ErrorKind { kL2, kMax };
+
+/// An error that the output must not exceed.
+struct ErrorGoal {
+  double most = 0;  ///< fraction of the diagonal, two-sided; 0: no goal
+  ErrorKind kind = ErrorKind::kL2;
+  std::uint64_t max_faces = 0;  ///< of the output; 0: 16 times the input's
+
+  bool any() const { return most > 0; }
+};
+
+/// An output that was tried for that.
+struct ErrorAttempt {
+  std::uint64_t base_vertices = 0;
+  unsigned level = 0;
+  std::uint64_t faces = 0;
+  double l2 = 0, max = 0;  ///< fractions of the diagonal, the larger of both ways
+};
+
 /// What a run did, as --report writes it. The keys of the JSON are part of the contract; see
 /// docs/formats/report.md.
 struct Report {
@@ -23,10 +57,26 @@ struct Report {
     std::string name, kind, per;
     bool written = false;  ///< false: the format of the output has no place for it
   };
+  struct Output {
+    std::string path;
+    unsigned level = 0;
+    std::uint64_t vertices = 0, faces = 0;
+  };
   /// How evenly the map spreads the surface over the base.
   struct Quality {
     double area_ratio = 0;  ///< largest to median surface area of a base face
     double l2_stretch = 0;  ///< area-weighted, 1 = isometric up to scale [Sander 2001]
+  };
+
+  /// Sharp edges that were kept.
+  struct Features {
+    double angle_deg = 0;
+    std::uint64_t edges = 0;          ///< of the input, sharper than that
+    std::uint64_t dropped_edges = 0;  ///< in short chains with a loose end
+    std::uint64_t corners = 0;        ///< vertices of the base that features keep there
+    std::uint64_t base_edges = 0;     ///< of the base that lie on features
+    /// What the base could come down to, where that is more than asked for, else 0. It is larger.
+    std::uint64_t least_base_vertices = 0;
   };
 
   std::string input_path;
@@ -34,14 +84,15 @@ struct Report {
   double bbox_diagonal = 0;
   std::uint64_t components = 0, boundary_loops = 0;
   std::int64_t euler_characteristic = 0;
-  std::uint64_t unreferenced_vertices =
-      0;  ///< repairs.unreferenced_vertices: vertices without a face
+  Repairs repairs;
 
+  std::optional<Features> features;  ///< with feature_angle_deg
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;
   unsigned level = 0;
-  std::string output_path;
+  std::string output_path;  ///< of the finest mesh, as all of `output` is
   std::uint64_t output_vertices = 0, output_faces = 0;
+  std::vector<Output> outputs;  ///< one a level, the coarsest first; without --levels the only one
 
   double seconds_ingest = 0, seconds_sweeps = 0, seconds_map = 0, seconds_resample = 0,
          seconds_measure = 0, seconds_total = 0;
@@ -54,6 +105,8 @@ struct Report {
   std::vector<Sweep> sweeps;
   std::vector<Attribute> attributes;  ///< that the bundle or the output has
   std::optional<SurfaceError> error;
+  ErrorGoal goal;
+  std::vector<ErrorAttempt> attempts;  ///< for the goal; the last is the output
   std::optional<Quality> quality;
   std::vector<MemorySample> memory_trace;
 };

@@ -19,6 +19,8 @@ std::uint64_t guess_vertices(const std::filesystem::path& path);
 PlannedPhase expect_ingest(std::uint64_t vertices);
 /// "attributes": storing them, where there are any.
 PlannedPhase expect_attributes(std::uint64_t vertices);
+PlannedPhase expect_repair(std::uint64_t vertices);
+PlannedPhase expect_count(std::uint64_t vertices);
 
 /// "sweep N" of this level and those after it, "last sweep", "map".
 /// @param vertices        of this level

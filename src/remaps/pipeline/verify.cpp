@@ -90,8 +90,15 @@ class Verifier {
       throw CorruptionError(fmt::format("{}: too small for the {} faces of the manifest",
                                         bundle_.tiles().path().string(), manifest_.topology.faces));
     }
-    NumberCensus census(run_.temp.path() / "input-faces", manifest_.topology.faces,
-                        run_.plan.bucket_bytes / 4, run_.budget);
+    if (manifest_.topology.faces > manifest_.input_faces + manifest_.filled_faces) {
+      throw CorruptionError(
+          fmt::format("{}: its manifest has more faces in the tiles than in the "
+                      "file",
+                      bundle_.directory().string()));
+    }
+    NumberCensus census(run_.temp.path() / "input-faces",
+                        manifest_.input_faces + manifest_.filled_faces, run_.plan.bucket_bytes / 4,
+                        run_.budget);
     PushOptions push;
     push.buffer_bytes = run_.plan.bucket_bytes;
     push.temp_dir = run_.temp.path();
@@ -107,7 +114,8 @@ class Verifier {
     };
     replayed_ = replay_bundle(bundle_, {run_.threads, run_.plan.bucket_bytes, run_.temp.path()},
                               run_.budget, progress_, sinks);
-    census.finish("input face");
+    census.finish("input face",
+                  manifest_.input_faces + manifest_.filled_faces - manifest_.topology.faces);
   }
 
   void start_points(std::uint32_t segment, const Tile& tile) {
@@ -201,6 +209,11 @@ class Verifier {
       throw CorruptionError(fmt::format("{}: {} vertices have a face, the manifest says {}",
                                         bundle_.tiles().path().string(), found.vertices,
                                         manifest_.topology.vertices));
+    }
+    if (found.absent != manifest_.absent_vertices) {
+      throw CorruptionError(fmt::format("{}: {} vertices are in no tile, the manifest says {}",
+                                        bundle_.tiles().path().string(), found.absent,
+                                        manifest_.absent_vertices));
     }
     const double diagonal = found.box.diagonal();
     if (!(std::abs(diagonal - manifest_.diagonal) <= 1e-12 * diagonal)) {

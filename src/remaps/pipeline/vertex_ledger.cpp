@@ -59,8 +59,9 @@ void NumberCensus::add(std::uint64_t number, const char* what) {
   });
 }
 
-void NumberCensus::finish(const char* what) {
+void NumberCensus::finish(const char* what, std::uint64_t absent) {
   store::Bytes bytes;
+  std::uint64_t missed = 0;
   std::vector<bool> seen;
   for (std::size_t b = 0; b < file_.buckets(); ++b) {
     const std::uint64_t first = b * kCensusBlock;
@@ -78,10 +79,15 @@ void NumberCensus::finish(const char* what) {
     }
     file_.release(b);
     const auto missing = std::find(seen.begin(), seen.end(), false);
-    if (missing != seen.end()) {
+    missed += static_cast<std::uint64_t>(std::count(missing, seen.end(), false));
+    if (missed > absent) {
       throw CorruptionError(fmt::format(
           "{} {} is in no tile", what, first + static_cast<std::uint64_t>(missing - seen.begin())));
     }
+  }
+  if (missed != absent) {
+    throw CorruptionError(
+        fmt::format("{} faces were left out by repair, but {} are in no tile", absent, missed));
   }
 }
 
@@ -92,7 +98,7 @@ struct VertexLedger::Block {
   double scale = 0;                // 1 / diagonal
   std::vector<std::uint8_t> seen;  // (n) flags
   std::vector<Vec3f> position;     // (n)
-  std::vector<MapRecord> map;      // (n)
+  std::vector<MapRecord> map;      // (n) without copies, which come last
   std::vector<double> error;       // (n) round trip, largest of the vertex
   LedgerResult result;
 
@@ -125,6 +131,7 @@ struct VertexLedger::Block {
 
   void check_on_base(std::uint32_t i, const map::FacePoint& at) {
     note(i, kCarried);
+    if (i >= map.size()) return;  // a copy
     const MapRecord& m = map[i];
     const map::FacePoint stored{m.face, m.u, m.v};
     if (m.face >= bundle.base().triangle.size()) {
@@ -187,13 +194,18 @@ struct VertexLedger::Block {
 
   void check_complete() {
     for (std::uint32_t i = 0; i < seen.size(); ++i) {
-      if (!(seen[i] & kOwn)) refuse(i, "no tile has it");
+      if (!(seen[i] & kOwn)) {
+        if (i >= map.size() || map[i].face != MapRecord{}.face) refuse(i, "no tile has it");
+        ++result.absent;
+        continue;
+      }
       const bool used = (seen[i] & kUsed) != 0;
       if (used != ((seen[i] & kGone) != 0)) {
         refuse(i, used ? "it has faces, but is neither removed nor in the base"
                        : "it has no face, but is removed or in the base");
       }
-      if (!used && map[i].face != MapRecord{}.face) refuse(i, "has no face, but one in map.bin");
+      const bool placed = i < map.size() && map[i].face != MapRecord{}.face;
+      if (!used && placed) refuse(i, "has no face, but one in map.bin");
       if (!used) continue;
       if (!(seen[i] & kCarried)) refuse(i, "it was not carried to the base");
       if (!(seen[i] & kBack)) refuse(i, "it did not return from the base");
@@ -208,7 +220,7 @@ VertexLedger::VertexLedger(const std::filesystem::path& temp_dir, const Bundle& 
                            std::uint64_t buffer_bytes, MemoryBudget& budget)
     : bundle_(bundle),
       budget_(budget),
-      vertices_(bundle.manifest().input_vertices),
+      vertices_(bundle.manifest().input_vertices + bundle.manifest().copied_vertices),
       block_(std::clamp<std::uint64_t>(buffer_bytes / kBytesPerVertex, 1 << 12, 1 << 20)),
       map_file_(store::File::open_read(bundle.directory() / kMapName)),
       file_(temp_dir / "vertex-ledger", blocks_for(vertices_, block_), buffer_bytes / 2, budget) {}
@@ -261,7 +273,9 @@ VertexLedger::Block VertexLedger::take_block(std::size_t number) {
   Block block{bundle_, first, diagonal > 0 ? 1 / diagonal : 0, {}, {}, {}, {}, {}};
   block.seen.assign(n, 0);
   block.position.resize(n);
-  block.map.resize(n);
+  const std::uint64_t of_input = bundle_.manifest().input_vertices;
+  block.map.resize(
+      static_cast<std::size_t>(std::min<std::uint64_t>(n, of_input - std::min(first, of_input))));
   block.error.assign(n, 0);
   map_file_.read_at(first * sizeof(MapRecord), std::as_writable_bytes(std::span(block.map)));
   store::Bytes bytes;
@@ -284,6 +298,7 @@ LedgerResult VertexLedger::compare(unsigned threads, Progress& progress) {
     const LedgerResult part = take_block(b).result;
     return [&, part, b] {
       total.vertices += part.vertices;
+      total.absent += part.absent;
       total.round_trip_max = std::max(total.round_trip_max, part.round_trip_max);
       total.round_trip_sum += part.round_trip_sum;
       total.map_file_max = std::max(total.map_file_max, part.map_file_max);

@@ -27,8 +27,9 @@ class NumberCensus {
                MemoryBudget& budget);
   /// @throws CorruptionError  not below count; names `what`
   void add(std::uint64_t number, const char* what);
+  /// @param absent  so many do not come
   /// @throws CorruptionError  names the first number that is missing or came twice
-  void finish(const char* what);
+  void finish(const char* what, std::uint64_t absent = 0);
 
  private:
   std::uint64_t count_;
@@ -38,6 +39,7 @@ class NumberCensus {
 /// What the comparison of all entries found, as fractions of the diagonal.
 struct LedgerResult {
   std::uint64_t vertices = 0;  ///< with a face
+  std::uint64_t absent = 0;    ///< in no tile, and without a place in map.bin
   double round_trip_max = 0, round_trip_sum = 0;
   double map_file_max = 0;
   Box3 box;

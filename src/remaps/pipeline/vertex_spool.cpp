@@ -1,5 +1,7 @@
 #include "remaps/pipeline/vertex_spool.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -10,6 +12,7 @@ namespace remaps::pipeline {
 namespace {
 
 constexpr std::size_t kFlushVertices = 1 << 15;
+constexpr std::size_t kNonfiniteMost = 1 << 20;
 
 }  // namespace
 
@@ -22,7 +25,10 @@ VertexSpool::~VertexSpool() {
 void VertexSpool::choose_origin(std::span<const Vec3> positions, bool is_float) {
   if (is_float) return;
   Box3 box;
-  for (const Vec3& p : positions) box.add(p);
+  for (const Vec3& p : positions) {
+    if (is_finite(to_float(p))) box.add(p);
+  }
+  if (box.empty()) return;
   const Vec3 centre = 0.5 * (box.low + box.high);
   if (norm(centre) > 1000 * box.diagonal()) origin_ = widen(to_float(centre));
 }
@@ -38,15 +44,29 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
     for (const Vec3& p : positions) {
       const Vec3f stored = to_float(p - origin_);
       if (!in_place_) waiting_.push_back(stored);
+      const VertexId vertex = vertices_++;
+      if (!is_finite(stored)) {
+        note_nonfinite(vertex);
+        continue;
+      }
       box_.add(widen(stored));
       if (sample != nullptr) sample->add(stored);
     }
-    vertices_ += positions.size();
     if (waiting_.size() >= kFlushVertices) flush();
     progress(reader.pass_fraction());
   });
   flush();
   waiting_ = {};
+}
+
+void VertexSpool::note_nonfinite(VertexId vertex) {
+  if (nonfinite_.size() == kNonfiniteMost) {
+    throw InputError(
+        fmt::format("more than {} vertices have coordinates that are not finite, the "
+                    "last of them vertex {} (from 0)",
+                    kNonfiniteMost, vertex));
+  }
+  nonfinite_.push_back(vertex);
 }
 
 void VertexSpool::flush() {

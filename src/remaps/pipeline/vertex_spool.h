@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -33,17 +35,22 @@ class VertexSpool {
   VertexSpool& operator=(const VertexSpool&) = delete;
 
   /// Reads all positions of `reader`. May be called once. Also samples them, and finds their box.
+  /// @throws InputError  more than 2^20 of them are not finite
   void fill(IndexedMeshReader& reader, PositionSample* sample,
             const std::function<void(double)>& progress);
 
   std::uint64_t vertices() const { return vertices_; }
   const Vec3& origin() const { return origin_; }
+  /// Of the finite positions.
   const Box3& box() const { return box_; }
+  /// Vertices with a coordinate that is not finite, ascending: they count as not there.
+  const std::vector<VertexId>& nonfinite() const { return nonfinite_; }
   /// Reads positions first ... first + out.size() - 1.
   void read(std::uint64_t first, std::span<Vec3f> out) const;
 
  private:
   void choose_origin(std::span<const Vec3> positions, bool is_float);
+  void note_nonfinite(VertexId vertex);
   void flush();
 
   std::filesystem::path path_;
@@ -53,9 +60,14 @@ class VertexSpool {
   store::DiskShare disk_;
   Vec3 origin_;
   Box3 box_;
+  std::vector<VertexId> nonfinite_;
   std::uint64_t vertices_ = 0;
   std::vector<Vec3f> waiting_;
 };
+
+inline bool is_finite(const Vec3f& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
 
 /// Positions and segments of vertices by number, through a cache of blocks of the spool: a coherent
 /// input finds nearly everything there. With memory for all blocks it is a plain table.
@@ -101,6 +113,32 @@ class VertexLookup {
   std::size_t hand_ = 0;
   std::uint64_t misses_ = 0;
   std::vector<Vec3f> buffer_;
+};
+
+/// While it lives, polygons of a reader are cut by where their corners are.
+class PolygonCutting final : public PolygonCutter {
+ public:
+  /// @param cache_bytes  reserved from the budget when the first polygon comes
+  PolygonCutting(IndexedMeshReader& reader, const VertexSpool& spool, std::uint64_t cache_bytes,
+                 MemoryBudget& budget)
+      : reader_(reader), spool_(spool), cache_bytes_(cache_bytes), budget_(budget) {
+    reader_.set_polygon_cutter(this);
+  }
+  ~PolygonCutting() override { reader_.set_polygon_cutter(nullptr); }
+  PolygonCutting(const PolygonCutting&) = delete;
+  PolygonCutting& operator=(const PolygonCutting&) = delete;
+
+ private:
+  Vec3 position(VertexId v) override {
+    if (!lookup_) lookup_.emplace(spool_, nullptr, cache_bytes_, budget_);
+    return widen((*lookup_)[v].position);
+  }
+
+  IndexedMeshReader& reader_;
+  const VertexSpool& spool_;
+  std::uint64_t cache_bytes_;
+  MemoryBudget& budget_;
+  std::optional<VertexLookup> lookup_;
 };
 
 /// The triangles of a file with their corner positions, as a stream that can be repeated. `reader`

@@ -187,6 +187,20 @@ void DyadicGrid::triangles(std::uint64_t first, std::span<Triangle> out) const {
   }
 }
 
+/// Within an edge or a face coarse levels come first, so what a coarser mesh has is at its start.
+void DyadicGrid::coarse_vertices(
+    unsigned level, FunctionRef<void(std::uint64_t first, std::uint64_t count)> run) const {
+  run(0, base_vertices_);
+  const std::uint64_t on_edge = (std::uint64_t{1} << level) - 1;
+  for (std::uint64_t e = 0; e < edge_of_.size() && on_edge > 0; ++e) {
+    run(base_vertices_ + e * (n_ - 1), on_edge);
+  }
+  const std::uint64_t inside = inner_points(level);
+  for (std::uint64_t f = 0; f < base_.size() && inside > 0; ++f) {
+    run(first_inner_point() + f * inner_points(level_), inside);
+  }
+}
+
 map::TaggedPoint DyadicGrid::corner_sample(std::uint64_t vertex) const {
   const Corner& corner = corner_of_[static_cast<std::size_t>(vertex)];
   if (corner.face == kNoIndex) {

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "remaps/base/function_ref.h"
 #include "remaps/base/geometry.h"
 #include "remaps/map/point_buckets.h"
 
@@ -42,6 +43,12 @@ class DyadicGrid {
   /// Corners of the faces first, first + 1, ...: a few instructions a face where `first` is a
   /// multiple of 256.
   void triangles(std::uint64_t first, std::span<Triangle> out) const;
+
+  /// The vertices that the mesh of a coarser level has too, in the order of that mesh, as runs of
+  /// numbers of this one.
+  /// @param level  at most that of this grid
+  void coarse_vertices(unsigned level,
+                       FunctionRef<void(std::uint64_t first, std::uint64_t count)> run) const;
 
   /// All vertices with their places on the base, in an order of its own, of which this gives
   /// samples first, first + 1, ...: base vertices, edges, then the inner points of each face in

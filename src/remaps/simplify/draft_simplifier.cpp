@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "remaps/base/fast_math.h"
+#include "remaps/simplify/feature_edges.h"
 
 namespace remaps::simplify {
 namespace {
@@ -110,11 +111,13 @@ bool DraftSimplifier::load_star(LocalIndex v) {
     store4(&normal_z_[i], ax * by - ay * bx);
   }
   flattened_ = false;
+  crease_ = crease_of(*patch_, star_);
   find_fan_errors(v);
   return true;
 }
 
-/// Quadric errors with each ring point as apex; at a boundary only its two ends keep it in place.
+/// Quadric errors with each ring point as apex; at a boundary or a feature only its two ends keep
+/// it in place.
 void DraftSimplifier::find_fan_errors(LocalIndex v) {
   const std::array<float, 10>& q = segment_->quadric[v].q;
   const unsigned n = offset_.size;
@@ -127,8 +130,13 @@ void DraftSimplifier::find_fan_errors(LocalIndex v) {
                          2 * (q[6] * x + q[7] * y + q[8] * z) + q[9];
     store4(&error_[i], max4(value, all4(0.0f)));
   }
-  if (!star_.boundary) return;
-  for (unsigned i = 1; i + 1 < n; ++i) error_[i] = kInfinity;
+  if (star_.boundary) {
+    for (unsigned i = 1; i + 1 < n; ++i) error_[i] = kInfinity;
+  } else if (crease_.exists()) {
+    for (unsigned i = 0; i < n; ++i) {
+      if (i != crease_.from && i != crease_.to) error_[i] = kInfinity;
+    }
+  }
 }
 
 bool DraftSimplifier::valence_fits(unsigned apex) const {
@@ -186,7 +194,7 @@ DraftSimplifier::Choice DraftSimplifier::choose_fan(std::int32_t limit) {
     if (key > limit) return {false, apex, key};
     if (!flattened_) {
       flattened_ = true;
-      flat_is_valid_ = flatten_star(offset_, star_.boundary, options_->wedge_floor, flat_);
+      flat_is_valid_ = flatten_star(offset_, star_.boundary, options_->wedge_floor, flat_, crease_);
     }
     if (!flat_is_valid_) break;
     if (fan_is_valid(flat_, apex, options_->fan_floor)) return {true, apex, key};

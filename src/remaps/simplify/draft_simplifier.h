@@ -55,6 +55,7 @@ class DraftSimplifier {
 
   // The star in hand.
   Star star_;
+  Crease crease_;
   FlatStar flat_;
   bool flattened_ = false;
   bool flat_is_valid_ = false;

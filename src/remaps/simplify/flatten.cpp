@@ -71,6 +71,27 @@ bool find_polar(const RingOffsets& ring, unsigned wedges, Polar& out) {
   return out.total > 0;
 }
 
+/// Turns the angles so that the crease starts at 0 and has half of the total on either side.
+/// @return  false when a side has no angle
+bool straighten(const Crease& crease, unsigned n, Polar& polar) {
+  const float start = polar.angle[crease.from];
+  const auto since_start = [&](unsigned i) {
+    const float angle = polar.angle[i] - start;
+    return i < crease.from ? angle + polar.total : angle;
+  };
+  const float first = since_start(crease.to);
+  const float second = polar.total - first;
+  if (!(first > 0 && second > 0)) return false;
+  const float half = 0.5f * polar.total;
+  alignas(16) RingFloats angle = polar.angle;
+  for (unsigned i = 0; i < n; ++i) {
+    const float at = since_start(i);
+    angle[i] = at < first ? at * (half / first) : half + (at - first) * (half / second);
+  }
+  polar.angle = angle;
+  return true;
+}
+
 bool wedges_have_shape(const FlatStar& star, double floor) {
   for (unsigned i = 0; i < star.wedges; ++i) {
     const GridPoint a = star.ring[i];
@@ -88,12 +109,14 @@ double planar_shape(GridPoint a, GridPoint b, GridPoint c) {
   return longest > 0 ? orientation(a, b, c) / longest : 0;
 }
 
-bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar& out) {
+bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar& out,
+                  const Crease& crease) {
   const unsigned n = ring.size;
   out.wedges = boundary ? n - 1 : n;
   out.boundary = boundary;
   Polar polar;
   if (!find_polar(ring, out.wedges, polar)) return false;
+  if (crease.exists() && !straighten(crease, n, polar)) return false;
   const float power = static_cast<float>((boundary ? 1 : 2) * std::numbers::pi) / polar.total;
   const auto exponent = [&](unsigned i) {
     return power * (load4(&polar.log_radius[i]) - polar.log_mean);
@@ -115,11 +138,15 @@ bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar
     // The two boundary edges lie on one line through the origin, exactly.
     out.ring[0].y = 0;
     out.ring[n - 1].y = 0;
+  } else if (crease.exists()) {
+    out.ring[crease.from].y = 0;
+    out.ring[crease.to].y = 0;
   }
   return wedges_have_shape(out, floor);
 }
 
-bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out) {
+bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out,
+                  const Crease& crease) {
   double largest = 0;
   for (const Vec3& p : offsets) {
     largest = std::max({largest, std::fabs(p.x), std::fabs(p.y), std::fabs(p.z)});
@@ -137,7 +164,7 @@ bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, Fl
   }
   if (!finite) return false;
   ring.close();
-  return flatten_star(ring, boundary, floor, out);
+  return flatten_star(ring, boundary, floor, out, crease);
 }
 
 bool fan_is_valid(const FlatStar& star, unsigned apex, double floor) {

@@ -39,6 +39,14 @@ struct FlatStar {
   unsigned ring_size() const { return wedges + (boundary ? 1u : 0u); }
 };
 
+/// A feature that runs through a vertex, from one ring point to another: their places in the ring.
+struct Crease {
+  unsigned from = kMaxRing;  ///< kMaxRing: there is none
+  unsigned to = kMaxRing;
+
+  bool exists() const { return from != kMaxRing; }
+};
+
 /// Shape of a planar triangle: twice its area over its longest squared edge; 0.87 for equilateral,
 /// 0 for degenerate. Negative or 0 when it is not counter-clockwise.
 double planar_shape(GridPoint a, GridPoint b, GridPoint c);
@@ -48,14 +56,19 @@ double planar_shape(GridPoint a, GridPoint b, GridPoint c);
 /// is scaled to the grid and rounded. The ring is computed in floats: what is decided afterwards is
 /// decided on the rounded points.
 ///
+/// With a crease its two sides get half a turn each: its two ring points lie on the x axis, on
+/// different sides of the origin, exactly.
+///
 /// @param ring   closed; n = wedges points, + 1 at a boundary
 /// @param floor  least planar_shape of every wedge; at least 1e-6
 /// @return  false when a wedge misses the floor after rounding, or a length is zero or not finite
 /// Source: [MAPS98] section 3.1; Floater's shape-preserving weights and others give the same star
 /// to first order.
-bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar& out);
+bool flatten_star(const RingOffsets& ring, bool boundary, double floor, FlatStar& out,
+                  const Crease& crease = {});
 /// The same for offsets of any unit.
-bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out);
+bool flatten_star(std::span<const Vec3> offsets, bool boundary, double floor, FlatStar& out,
+                  const Crease& crease = {});
 
 /// True when every triangle of the fan about ring[apex] has at least the shape `floor`.
 bool fan_is_valid(const FlatStar& star, unsigned apex, double floor);

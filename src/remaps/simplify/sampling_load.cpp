@@ -59,20 +59,83 @@ Vec3 vector_between(const Segment& s, LocalIndex from, LocalIndex to) {
 }
 
 /// Squared curvature a face: mean over its edges of (change of the vertex normals / edge length)^2.
-double squared_curvature(const Segment& s, const LocalTriangle& t, std::span<const Vec3> normal) {
+double squared_curvature(const Segment& s, const LocalTriangle& t,
+                         const std::array<Vec3, 3>& normal) {
   double sum = 0;
   for (unsigned i = 0; i < 3; ++i) {
-    const LocalIndex a = t[i];
-    const LocalIndex b = t[(i + 1) % 3];
-    const double length2 = norm2(vector_between(s, a, b));
-    if (length2 > 0) sum += norm2(normal[b] - normal[a]) / length2;
+    const unsigned k = (i + 1) % 3;
+    const double length2 = norm2(vector_between(s, t[i], t[k]));
+    if (length2 > 0) sum += norm2(normal[k] - normal[i]) / length2;
   }
   return sum / 3;
 }
 
-void add_boundary_planes(const Patch& patch, Segment& s, LocalIndex f, const Vec3& unit_normal) {
+Vec3 doubled_normal(const Segment& s, const LocalTriangle& t) {
+  return cross(vector_between(s, t[0], t[1]), vector_between(s, t[0], t[2]));
+}
+
+Vec3 unit(const Vec3& v) {
+  const double length = norm(v);
+  return length > 0 ? (1 / length) * v : v;
+}
+
+/// The normal at a corner of the faces around its vertex that no feature parts from its face.
+Vec3 normal_between_features(const Patch& patch, const Segment& s, LocalIndex corner) {
+  Vec3 sum = doubled_normal(s, s.triangle[face_of(corner)]);
+  const auto open = [&](LocalIndex side) {
+    return patch.is_feature(side) ? kNoIndex : patch.opposite(side);
+  };
+  for (LocalIndex c = corner;;) {
+    const LocalIndex across = open(next_corner(c));
+    if (across == kNoIndex) break;
+    c = next_corner(across);
+    if (c == corner) return unit(sum);
+    sum = sum + doubled_normal(s, s.triangle[face_of(c)]);
+  }
+  for (LocalIndex c = corner;;) {
+    const LocalIndex across = open(previous_corner(c));
+    if (across == kNoIndex) break;
+    c = previous_corner(across);
+    sum = sum + doubled_normal(s, s.triangle[face_of(c)]);
+  }
+  return unit(sum);
+}
+
+/// Vertices with a feature.
+std::vector<std::uint8_t> at_features(const Patch& patch, const Segment& s) {
+  std::vector<std::uint8_t> result(s.vertex_id.size(), 0);
+  for (LocalIndex f = 0; f < s.triangle.size(); ++f) {
+    for (LocalIndex i = 0; i < 3; ++i) {
+      if (!patch.is_feature(corner_of(f, i))) continue;
+      result[s.triangle[f][(i + 1) % 3]] = result[s.triangle[f][(i + 2) % 3]] = 1;
+    }
+  }
+  return result;
+}
+
+/// Squared curvature of each face.
+std::vector<double> curvatures(const Patch& patch, const Segment& s,
+                               std::span<const Vec3> vertex_normal) {
+  std::vector<double> result(s.triangle.size());
+  std::vector<std::uint8_t> at_feature;
+  if (patch.has_features()) at_feature = at_features(patch, s);
+  for (LocalIndex f = 0; f < s.triangle.size(); ++f) {
+    const LocalTriangle& t = s.triangle[f];
+    std::array<Vec3, 3> normal{vertex_normal[t[0]], vertex_normal[t[1]], vertex_normal[t[2]]};
+    for (LocalIndex i = 0; i < 3 && !at_feature.empty(); ++i) {
+      if (at_feature[t[i]]) normal[i] = normal_between_features(patch, s, corner_of(f, i));
+    }
+    result[f] = squared_curvature(s, t, normal);
+  }
+  return result;
+}
+
+/// Holds boundaries and features in place: each gets the planes through it that are upright on its
+/// faces.
+void add_edge_planes(const Patch& patch, Segment& s, LocalIndex f, const Vec3& unit_normal) {
   for (LocalIndex i = 0; i < 3; ++i) {
-    if (patch.opposite(corner_of(f, i)) != kNoIndex) continue;
+    const LocalIndex c = corner_of(f, i);
+    if (patch.opposite(c) != kNoIndex && !(patch.has_features() && patch.is_feature(c))) continue;
     const LocalIndex a = s.triangle[f][(i + 1) % 3];
     const LocalIndex b = s.triangle[f][(i + 2) % 3];
     const Vec3 edge = vector_between(s, a, b);
@@ -95,32 +158,28 @@ void initialize_loads(const Patch& patch, double diagonal, Segment& s) {
   std::vector<double> area(faces);
   for (LocalIndex f = 0; f < faces; ++f) {
     const LocalTriangle& t = s.triangle[f];
-    const Vec3 doubled = cross(vector_between(s, t[0], t[1]), vector_between(s, t[0], t[2]));
+    const Vec3 doubled = doubled_normal(s, t);
     const double length = norm(doubled);
     area[f] = 0.5 * length;
     for (const LocalIndex v : t) normal[v] = normal[v] + doubled;
     if (!(length > 0)) continue;
-    const Vec3 unit = (1 / length) * doubled;
+    const Vec3 upright = (1 / length) * doubled;
     for (const LocalIndex v : t) {
-      if (v < s.own_vertices) s.quadric[v].add_plane(unit, 0, area[f] / 3);
+      if (v < s.own_vertices) s.quadric[v].add_plane(upright, 0, area[f] / 3);
     }
-    add_boundary_planes(patch, s, f, unit);
+    add_edge_planes(patch, s, f, upright);
   }
-  for (Vec3& n : normal) {
-    const double length = norm(n);
-    if (length > 0) n = (1 / length) * n;
-  }
+  for (Vec3& n : normal) n = unit(n);
 
   const double least = 1 / (diagonal * diagonal);
-  std::vector<double> curvature(faces);
-  for (std::size_t f = 0; f < faces; ++f)
-    curvature[f] = squared_curvature(s, s.triangle[f], normal);
+  const std::vector<double> curvature = curvatures(patch, s, normal);
   for (LocalIndex f = 0; f < faces; ++f) {
     double sum = curvature[f] * area[f];
     double weight = area[f];
     for (LocalIndex i = 0; i < 3; ++i) {
       const LocalIndex across = patch.opposite(corner_of(f, i));
       if (across == kNoIndex) continue;
+      if (patch.has_features() && patch.is_feature(corner_of(f, i))) continue;
       sum += curvature[face_of(across)] * area[face_of(across)];
       weight += area[face_of(across)];
     }

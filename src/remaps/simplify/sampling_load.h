@@ -17,6 +17,7 @@
 namespace remaps::simplify {
 
 /// Sets quadric (own vertices) and load (all faces) of a first-level segment from its triangles.
+/// Features that the patch has are like boundaries: the surface is curved along them, not across.
 ///
 /// @param diagonal  of the input's bounding box; a curvature below 1 / diagonal counts as that
 void initialize_loads(const Patch& patch, double diagonal, Segment& segment);

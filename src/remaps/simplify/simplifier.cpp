@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "remaps/base/fast_math.h"
+#include "remaps/simplify/feature_edges.h"
 #include "remaps/simplify/sampling_load.h"
 
 namespace remaps::simplify {
@@ -19,6 +20,7 @@ bool Simplifier::load_star(LocalIndex v) {
   if (!patch_->star(v, star_) || star_.wedges > options_->max_valence) return false;
   const unsigned n = star_.ring_size();
   if (n < 3 || (star_.boundary && star_.wedges < 2)) return false;
+  crease_ = crease_of(*patch_, star_);
   const Vec3 centre = widen(segment_->position[v]);
   for (unsigned i = 0; i < n; ++i) offset_[i] = widen(segment_->position[star_.ring[i]]) - centre;
   star_load_ = 0;
@@ -32,7 +34,7 @@ bool Simplifier::load_star(LocalIndex v) {
 
 bool Simplifier::flatten() {
   return flatten_star({offset_.data(), star_.ring_size()}, star_.boundary, options_->wedge_floor,
-                      flat_);
+                      flat_, crease_);
 }
 
 /// The tests of a fan that need no plane and no connectivity beyond the star: valence and normals.
@@ -76,14 +78,17 @@ double Simplifier::fan_cost(LocalIndex v, unsigned apex) {
          kShapeExponent * fast_log2(std::max(fan_shape(apex), kLeastShape));
 }
 
-/// Orders the ring by quadric error as apex. At a boundary only its two ends keep it in place.
+/// Orders the ring by quadric error as apex. At a boundary or a feature only its two ends keep it
+/// in place.
 unsigned Simplifier::rank_fans(LocalIndex v, std::array<unsigned, kMaxRing>& order) const {
   const unsigned n = star_.ring_size();
-  if (star_.boundary) {
+  if (star_.boundary || crease_.exists()) {
     const Quadric& q = segment_->quadric[v];
-    const bool first = q(offset_[0]) <= q(offset_[n - 1]);
-    order[0] = first ? 0 : n - 1;
-    order[1] = first ? n - 1 : 0;
+    const unsigned a = star_.boundary ? 0 : crease_.from;
+    const unsigned b = star_.boundary ? n - 1 : crease_.to;
+    const bool first = q(offset_[a]) <= q(offset_[b]);
+    order[0] = first ? a : b;
+    order[1] = first ? b : a;
     return 2;
   }
   std::array<double, kMaxRing> error;

@@ -56,6 +56,7 @@ class Simplifier {
 
   // The star in hand.
   Star star_;
+  Crease crease_;
   FlatStar flat_;
   std::array<Vec3, kMaxRing> offset_{};
   std::array<Vec3, kMaxStarFaces> normal_{};  // doubled, of the wedges

@@ -8,6 +8,7 @@
 
 #include "remaps/base/workers.h"
 #include "remaps/simplify/draft_simplifier.h"
+#include "remaps/simplify/feature_edges.h"
 #include "remaps/simplify/sampling_load.h"
 #include "remaps/simplify/simplifier.h"
 
@@ -16,6 +17,15 @@ namespace {
 
 /// The last sweep takes more care when this many times the base is left.
 constexpr std::size_t kThorough = 10;
+
+/// Chains of features with a loose end that are shorter than so many diagonals go, and connected
+/// features with less of length a corner: noise (docs/design/features.md).
+constexpr double kLeastLoose = 0.02;
+constexpr double kLeastPerCorner = 0.03;
+
+/// Where features do not let the base come down to what is asked for, so many times the least is
+/// kept: the last removals have no choice left and do most harm (docs/design/features.md).
+constexpr double kAboveLeast = 1.5;
 
 /// Buffers of one worker thread, kept from segment to segment.
 struct Lane {
@@ -37,10 +47,14 @@ struct SegmentResult {
   std::vector<Quadric> quadric;                   // of those
   std::vector<std::array<RoutedVertex, 3>> face;  // surviving home faces
   std::vector<float> load;                        // of those
+  std::vector<std::uint8_t> feature;              // of those; empty without features
   SegmentLog log;                                 // survivor; next is filled at commit
   std::uint64_t faces_in = 0;
   std::uint64_t record_count = 0;
   std::uint64_t unreferenced = 0;
+  FeatureCounts features;
+  std::uint64_t features_left = 0;
+  std::uint64_t least_vertices = 0;
 };
 
 [[noreturn]] void refuse(const ManifoldDefect& defect, const Segment& s, const std::string& input) {
@@ -61,13 +75,14 @@ struct SegmentResult {
           "the two faces at the edge between vertices {} and {} are oriented against each other", a,
           b);
       break;
+    case Kind::kSameCorners:
+      what = fmt::format("two faces at vertex {} have the same corners", a);
+      break;
     default:
       what = fmt::format("the faces at vertex {} form more than one fan", a);
   }
-  throw GeometryError(
-      fmt::format("{}: not a manifold surface: {} (vertices count from 0). Repair the mesh first, "
-                  "for instance with MeshLab's \"Repair non manifold\" filters.",
-                  input, what));
+  throw NotManifold(
+      fmt::format("{}: not a manifold surface: {} (vertices count from 0)", input, what));
 }
 
 Tile make_tile(const Segment& s) {
@@ -122,8 +137,11 @@ class Sweep {
     result->faces_in = s.home_faces;
     const ManifoldDefect defect = lane.patch.build(s.vertex_id.size(), s.own_vertices, s.triangle);
     if (defect.kind != ManifoldDefect::Kind::kNone) refuse(defect, s, options_.input_name);
+    if (options_.feature_angle_rad > 0) {
+      result->features = find_features(feature_options(), lane.patch, s);
+    }
     if (level_.level() == 0) prepare_input(lane, *result);
-    simplify(lane);
+    simplify(lane, *result);
     result->record_count = lane.log.records.size();
     result->records = store::pack_section(encode_records(lane.log));
     collect(lane, *result);
@@ -139,7 +157,15 @@ class Sweep {
     result.tile = store::pack_section(encode_tile(make_tile(s)));
   }
 
-  void simplify(Lane& lane) const {
+  FeatureOptions feature_options() const {
+    FeatureOptions features;
+    features.angle_rad = options_.feature_angle_rad;
+    features.least_loose = kLeastLoose * options_.diagonal;
+    features.least_per_corner = kLeastPerCorner * options_.diagonal;
+    return features;
+  }
+
+  void simplify(Lane& lane, SegmentResult& result) const {
     Segment& s = lane.segment;
     std::size_t alive = 0;
     std::size_t locked = 0;
@@ -163,14 +189,43 @@ class Sweep {
     if (level_.segments() == 1) simplify.progress = options_.progress;
     alive = lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
     if (output_.next == nullptr && alive > simplify.target_vertices) {
-      // Nothing goes any more under the usual rules: allow worse shapes and one more valence before
-      // giving up.
-      simplify.wedge_floor = simplify.fan_floor = 1e-6;
-      simplify.max_valence = kMaxStarFaces - 1;
-      simplify.progress = nullptr;  // few are left: not begun again from none
-      lane.simplifier.run(simplify, s, lane.patch, alive, lane.log.records, lane.removed);
+      if (lane.patch.has_features() && count_features(lane.patch) > 0) {
+        result.least_vertices = alive;
+        const auto wanted = static_cast<std::size_t>(kAboveLeast * double(alive));
+        take_back(lane, std::min(wanted - alive, lane.removed.size()));
+      } else {
+        go_on(simplify, lane, alive);
+      }
     }
     for (const LocalIndex v : lane.removed) lane.log.removed.push_back(s.vertex_id[v]);
+  }
+
+  /// Nothing goes any more under the usual rules: allows worse shapes and one more valence before
+  /// giving up.
+  void go_on(SimplifyOptions simplify, Lane& lane, std::size_t alive) const {
+    simplify.wedge_floor = simplify.fan_floor = 1e-6;
+    simplify.max_valence = kMaxStarFaces - 1;
+    simplify.progress = nullptr;  // few are left: not begun again from none
+    lane.simplifier.run(simplify, lane.segment, lane.patch, alive, lane.log.records, lane.removed);
+  }
+
+  /// Takes the last removals of the last sweep back: the patch is built again and follows the rest.
+  void take_back(Lane& lane, std::size_t count) const {
+    Segment& s = lane.segment;
+    lane.patch.build(s.vertex_id.size(), s.own_vertices, s.triangle);
+    std::fill(s.locked.begin(), s.locked.end(), std::uint8_t{0});
+    if (level_.level() == 0) s.feature.clear();  // as it was when they were first found
+    find_features(feature_options(), lane.patch, s);
+    lane.removed.resize(lane.removed.size() - count);
+    RetriangulationLog records;
+    Star star;
+    for (std::size_t r = 0; r < lane.removed.size(); ++r) {
+      const Retriangulation record = lane.log.records[r];
+      lane.patch.star(lane.removed[r], star);
+      lane.patch.retriangulate(lane.removed[r], star, record.apex);
+      records.append(record);
+    }
+    lane.log.records = std::move(records);
   }
 
   void collect(const Lane& lane, SegmentResult& result) const {
@@ -194,9 +249,11 @@ class Sweep {
       const LocalTriangle& t = lane.patch.face(f);
       result.face.push_back({routed(t[0]), routed(t[1]), routed(t[2])});
       result.load.push_back(s.load[f]);
+      if (lane.patch.has_features()) result.feature.push_back(lane.patch.marks(f));
       result.log.survivor.push_back(f);
     }
     result.log.faces = s.home_faces;
+    if (lane.patch.has_features()) result.features_left = count_features(lane.patch);
   }
 
   void commit(std::size_t i, SegmentResult& result) {
@@ -210,6 +267,13 @@ class Sweep {
     counts_.vertices_out += result.vertex.size();
     counts_.records += result.record_count;
     counts_.unreferenced_vertices += result.unreferenced;
+    counts_.feature_edges += result.features.edges;
+    counts_.dropped_features += result.features.dropped;
+    counts_.corners += result.features.corners;
+    if (output_.next == nullptr) {
+      counts_.base_feature_edges = result.features_left;
+      counts_.least_vertices = result.least_vertices;
+    }
     if (options_.progress != nullptr)
       options_.progress->advance(double(i + 1) / double(level_.segments()));
   }
@@ -221,8 +285,9 @@ class Sweep {
     }
     for (std::size_t f = 0; f < result.face.size(); ++f) {
       const FaceLink origin{static_cast<std::uint32_t>(i), result.log.survivor[f]};
+      const std::uint8_t feature = result.feature.empty() ? std::uint8_t{0} : result.feature[f];
       result.log.next.push_back(
-          output_.next->add_face(result.face[f], {0, result.load[f], origin}));
+          output_.next->add_face(result.face[f], {0, result.load[f], origin, feature}));
     }
   }
 
