@@ -426,6 +426,110 @@ TEST_F(AttributesTest, ObjTakesWhatItCanHold) {
   for (const double x : back.column("normal", 0)) ASSERT_NEAR(x, 1, 1e-6);
 }
 
+/// A grid with a fin of faces along one of its rows, some faces turned, one of them twice, and a
+/// hole.
+MeshLists dirty_grid() {
+  constexpr VertexId kSide = 40;
+  MeshLists mesh;
+  const auto at = [](VertexId x, VertexId y) { return y * kSide + x; };
+  for (VertexId y = 0; y < kSide; ++y) {
+    for (VertexId x = 0; x < kSide; ++x) {
+      mesh.position.push_back({double(x), double(y), double(x * x + y * y) / 64});
+    }
+  }
+  for (VertexId y = 0; y + 1 < kSide; ++y) {
+    for (VertexId x = 0; x + 1 < kSide; ++x) {
+      mesh.triangle.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1)});
+      mesh.triangle.push_back({at(x, y), at(x + 1, y + 1), at(x, y + 1)});
+    }
+  }
+  for (VertexId x = 10; x < 30; ++x) {
+    const VertexId top = mesh.position.size();
+    mesh.position.push_back({double(x), 15, 60});
+    if (x == 10) continue;
+    mesh.triangle.push_back({at(x - 1, 15), at(x, 15), top - 1});
+    mesh.triangle.push_back({at(x, 15), top, top - 1});
+  }
+  for (const std::size_t f : {300u, 301u, 302u, 900u}) {
+    std::swap(mesh.triangle[f][0], mesh.triangle[f][1]);
+  }
+  mesh.triangle.push_back(mesh.triangle[7]);
+  mesh.triangle.erase(mesh.triangle.begin() + 2000, mesh.triangle.begin() + 2002);
+  return mesh;
+}
+
+TEST_F(AttributesTest, RepairLosesNone) {
+  const MeshLists mesh = dirty_grid();
+  write_with_attributes(
+      mesh, {scalar("px"), scalar("py"), scalar("pz"), corner_uv()},
+      {[&](std::size_t v, std::size_t c) { return coordinate(mesh.position[v], c); },
+       {},
+       [&](std::size_t i, std::size_t c) {
+         return coordinate(mesh.position[mesh.triangle[i / 3][i % 3]], c);
+       }},
+      directory() / "in.ply");
+  for (const std::uint64_t holes : {0u, 10u}) {
+    for (const std::uint64_t buffer : {std::uint64_t{0}, std::uint64_t{1500}}) {
+      RemeshOptions o = options();
+      o.level = 3;
+      o.fill_holes = holes;
+      o.domain_buffer = buffer;
+      const Report report = run(o);
+      EXPECT_GT(report.repairs.split_vertices, 10u);
+      EXPECT_GT(report.repairs.flipped_faces, 0u);
+      EXPECT_TRUE(std::filesystem::exists(o.bundle / kCopiesName));
+      const MeshLists output = test::read_lists(o.output);
+      const AttributeLists found = test::read_attributes(o.output);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto values = found.column(axis == 0 ? "px" : axis == 1 ? "py" : "pz");
+        ASSERT_EQ(values.size(), output.position.size());
+        for (std::size_t v = 0; v < values.size(); ++v) {
+          ASSERT_NEAR(values[v], coordinate(output.position[v], axis), 1e-4) << v;
+        }
+      }
+      std::size_t without = 0;
+      for (std::size_t i = 0; i < 3 * output.triangle.size(); ++i) {
+        const Vec3& p = output.position[output.triangle[i / 3][i % 3]];
+        const double u = found.corner[2 * i], v = found.corner[2 * i + 1];
+        // Where a hole was filled there is no texture.
+        if (holes > 0 && u == 0 && v == 0) {
+          ++without;
+        } else {
+          ASSERT_NEAR(u, p.x, 1e-4);
+          ASSERT_NEAR(v, p.y, 1e-4);
+        }
+      }
+      EXPECT_LT(without, 200u);
+    }
+  }
+}
+
+TEST_F(AttributesTest, EachLevelCarriesWhatItWouldCarryAlone) {
+  const MeshLists mesh = test::scan(BaseShape::kDisk, 5'000);
+  write_with_attributes(
+      mesh, {scalar("w"), scalar("part", ScalarType::int32, AttributePer::face), corner_uv()},
+      {[](std::size_t v, std::size_t) { return double(v); },
+       [](std::size_t f, std::size_t) { return double(f); },
+       [](std::size_t i, std::size_t c) { return double(i + c); }},
+      directory() / "in.ply");
+  for (const bool fit : {false, true}) {
+    RemeshOptions o = options();
+    o.level = 3;
+    o.coarsest = 1;
+    o.fit = fit;
+    run(o);
+    for (const unsigned level : {1u, 2u, 3u}) {
+      RemeshOptions one = options();
+      one.level = level;
+      one.fit = fit;
+      one.output = directory() / "one.ply";
+      run(one);
+      const auto path = directory() / ("out-l" + std::to_string(level) + ".ply");
+      EXPECT_TRUE(bytes_of(one.output) == bytes_of(path)) << level;
+    }
+  }
+}
+
 TEST_F(AttributesTest, ADamagedFileOfThemIsFound) {
   const MeshLists mesh = test::scan(BaseShape::kTorus, 5'000);
   write_with_attributes(mesh, {scalar("a")},

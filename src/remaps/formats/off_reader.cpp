@@ -195,7 +195,7 @@ class OffReader final : public IndexedMeshReader {
   }
 
   /// Reads numbers of the line; those that are missing are 0. A comment may follow without a blank.
-  static void read_values(OffLines& lines, std::span<double> values) {
+  void read_values(OffLines& lines, std::span<double> values) {
     bool ended = false;
     for (double& value : values) {
       value = 0;
@@ -207,8 +207,7 @@ class OffReader final : public IndexedMeshReader {
       if (word.starts_with('+')) word.remove_prefix(1);
       const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
       if (error != std::errc() || end != word.data() + word.size()) {
-        lines.scanner().source().fail_at_line(
-            at, fmt::format("expected a number, found '{}'", word.substr(0, 40)));
+        source_.fail_at_line(at, fmt::format("expected a number, found '{}'", word.substr(0, 40)));
       }
     }
   }
