@@ -30,6 +30,16 @@ std::size_t read_at(int file, char* to, std::size_t n, std::uint64_t offset,
 
 }  // namespace
 
+std::string printable(std::string_view what) {
+  constexpr std::size_t kLongest = 400;
+  std::string text(what.substr(0, kLongest));
+  for (char& c : text) {
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';
+  }
+  if (what.size() > kLongest) text += "...";
+  return text;
+}
+
 ByteSource::ByteSource(std::filesystem::path path, std::size_t buffer_bytes)
     : path_(std::move(path)),
       capacity_(buffer_bytes),
@@ -105,7 +115,7 @@ void ByteSource::seek(std::uint64_t offset) {
 }
 
 void ByteSource::fail_at_byte(std::uint64_t offset, std::string_view what) const {
-  throw InputError(fmt::format("{}: byte {}: {}", path_.string(), offset, what));
+  throw InputError(fmt::format("{}: byte {}: {}", path_.string(), offset, printable(what)));
 }
 
 void ByteSource::fail_at_line(std::uint64_t offset, std::string_view what) const {
@@ -119,7 +129,7 @@ void ByteSource::fail_at_line(std::uint64_t offset, std::string_view what) const
     line += static_cast<std::uint64_t>(std::count(piece.get(), piece.get() + got, '\n'));
     at += got;
   }
-  throw InputError(fmt::format("{}: line {}: {}", path_.string(), line, what));
+  throw InputError(fmt::format("{}: line {}: {}", path_.string(), line, printable(what)));
 }
 
 }  // namespace remaps

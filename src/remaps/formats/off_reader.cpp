@@ -123,14 +123,17 @@ class OffReader final : public IndexedMeshReader {
 
   /// Accepts OFF with the prefixes ST, C and N: what they announce comes after the position.
   static void check_keyword(TextScanner& scanner) {
-    std::string_view word = scanner.word();
+    const std::string found(scanner.word());
+    std::string_view word = found;
     for (const std::string_view prefix : {"ST", "C", "N"}) {
       if (word.starts_with(prefix)) word.remove_prefix(prefix.size());
     }
     if (word == "4OFF" || word == "nOFF" || word == "4nOFF") {
       scanner.fail("expected an OFF of three dimensions, 4OFF and nOFF are not supported");
     }
-    if (word != "OFF") scanner.fail("expected an OFF header");
+    if (word != "OFF") {
+      scanner.fail(fmt::format("expected OFF as the first word, found '{}'", found.substr(0, 40)));
+    }
   }
 
   static void check_variant(TextScanner& scanner) {

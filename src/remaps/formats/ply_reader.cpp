@@ -371,7 +371,8 @@ class PlyReader final : public IndexedMeshReader {
       return size;
     };
     pass_.begin = source_.offset();
-    const double share = expected(first, last + 1) / expected(first, header_.elements.size());
+    const double rest = expected(first, header_.elements.size());
+    const double share = rest > 0 ? expected(first, last + 1) / rest : 1;
     pass_.end = offsets_[last + 1].value_or(
         pass_.begin + static_cast<std::uint64_t>(share * double(source_.remaining())));
   }
