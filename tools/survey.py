@@ -238,8 +238,9 @@ def compare_same(prefix, outcomes, paths, settings):
             error = error.get("error", error)
             farthest = max(farthest, *(error.get(key, float("inf")) for key in ("max_forward", "max_backward")))
     same = len(good) == len(group) and len(numbers) == 1 and farthest < 1e-6
-    return (f"`{prefix}*`: {len(good)} of {len(group)} files handled, {len(numbers)} different counts of faces, "
-            f"components, loops and Euler characteristic; surfaces at most {farthest:.1e} of the diagonal apart."), same
+    counts = "the same counts" if len(numbers) == 1 else f"{len(numbers)} different counts"
+    return (f"`{prefix}*`: {len(good)} of {len(group)} files handled, with {counts} of faces, components, loops and "
+            f"Euler characteristic; the surfaces are at most {farthest:.1e} of the diagonal apart."), same
 
 
 def cell(text):
@@ -262,7 +263,8 @@ def table_row(o):
 
 
 def markdown(outcomes, command, level, same):
-    lines = ["# Survey", "", f"What becomes of every file of some folders, by `{command}`.", "",
+    lines = ["# Survey", "", f"What becomes of every file of some folders, by `{command}`, where MESHES is the "
+             "folder that holds them.", "",
              f"Each file was remeshed to level {level}. *Handled*: the output is a manifold with the components, "
              "boundary loops and Euler characteristic of the (repaired) input, counted by",
              "`tools/mesh_topology.py`, which shares nothing with remaps. *Repaired*: the same, and something was "
