@@ -8,7 +8,7 @@ mode=(--dry-run -Werror)
 [[ ${1:-} == --fix ]] && mode=(-i)
 
 directories=()
-for directory in src cli tests bench python viewer; do
+for directory in src cli fuzz tests bench python viewer; do
   [[ -d $directory ]] && directories+=("$directory")
 done
 find "${directories[@]}" -name node_modules -prune -o \( -name '*.h' -o -name '*.cpp' \) -print0 |

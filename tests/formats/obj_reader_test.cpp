@@ -129,7 +129,7 @@ TEST_F(Obj, RefusesTruncationWithinALine) {
 }
 
 TEST_F(Obj, RefusesFilesWithoutVertices) {
-  expect_refused("a.obj", "# nothing\n", {"no vertex"});
+  expect_refused("a.obj", "# nothing\n", {"byte 10:", "no vertex"});
   expect_refused("a.obj", "f 1 2 3\n", {"no vertex"});
   expect_refused("a.obj", "v 0 0 0\rv 1 0 0\r", {"CR"});
 }

@@ -53,7 +53,7 @@ TEST_F(Off, RefusesOtherVariantsByName) {
   expect_refused("a.off", "OFF BINARY\n\0\0\0\4", {"line 1:", "binary OFF is not supported"});
   expect_refused("a.off", "4OFF\n4 1 0\n", {"line 1:", "4OFF"});
   expect_refused("a.off", "nOFF\n2\n4 1 0\n", {"line 1:", "nOFF"});
-  expect_refused("a.off", "ROFF\n4 1 0\n", {"line 1:", "OFF header"});
+  expect_refused("a.off", "ROFF\n4 1 0\n", {"line 1:", "expected OFF", "'ROFF'"});
   expect_refused("a.off", "OFF four 1 0\n", {"line 1:", "'four'"});
 }
 

@@ -24,6 +24,30 @@ std::string binary_triangle(std::array<std::int32_t, 3> corners, float x = 0) {
   return bytes;
 }
 
+TEST_F(PlyRefusal, QuotesTheFileShortAndWithoutControlCharacters) {
+  const auto message_of = [&](const std::string& bytes) -> std::string {
+    try {
+      read_bytes("a.ply", bytes);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string head = triangle_header(kAscii);
+  const std::string number = "1" + std::string(3000, '0');
+  const std::string name(100'000, 'n');
+  for (const std::string& bytes : {head + number + " 0 0\n", head + "\x1b[31m\a\x7f 0 0\n",
+                                   kAscii + "element a 1\nproperty int a\nele\x1b[31mment\n",
+                                   kAscii + "element " + name + " 9999\nproperty int a\n" + kEnd,
+                                   kAscii + "element a\x1b[2Jb 9999\nproperty int a\n" + kEnd}) {
+    const std::string message = message_of(bytes);
+    EXPECT_FALSE(message.empty());
+    EXPECT_LT(message.size(), 1000u);
+    for (const char c : message) EXPECT_TRUE(c >= ' ' || c < 0) << message;
+    EXPECT_EQ(message.find('\x7f'), std::string::npos);
+  }
+}
+
 TEST_F(PlyRefusal, NamesLineAndValueInText) {
   const std::string head = triangle_header(kAscii);
   expect_refused("a.ply", head + "0 0 0\n1 0 zero\n0 1 0\n3 0 1 2\n", {"line 11:", "'zero'"});
@@ -36,7 +60,8 @@ TEST_F(PlyRefusal, NamesLineAndValueInText) {
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", {"line 13:", "found -1"});
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2.5\n", {"line 13:", "'2.5'"});
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", {"line 13:", "found 2"});
-  expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1\n", {"line 14:", "end of the file"});
+  expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1\n",
+                 {"line 14:", "face 0 of 1", "the file ends"});
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n99 0 1 2\n", {"line 13:", "a list of 99"});
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n-3 0 1 2\n", {"line 13:", "a list of -3"});
 }

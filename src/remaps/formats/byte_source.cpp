@@ -10,6 +10,16 @@
 
 namespace remaps {
 
+std::string printable(std::string_view what) {
+  constexpr std::size_t kLongest = 400;
+  std::string text(what.substr(0, kLongest));
+  for (char& c : text) {
+    if ((c >= 0 && c < ' ') || c == '\x7f') c = '?';
+  }
+  if (what.size() > kLongest) text += "...";
+  return text;
+}
+
 ByteSource::ByteSource(std::filesystem::path path, std::size_t buffer_bytes, MemoryBudget* budget)
     : file_(std::make_unique<InputFile>(std::move(path))),
       decompressor_(make_decompressor(*file_, budget)),
@@ -98,7 +108,7 @@ void ByteSource::seek(std::uint64_t offset) {
 
 void ByteSource::fail_at_byte(std::uint64_t offset, std::string_view what) const {
   throw InputError(
-      fmt::format("{}: byte {}{}: {}", path().string(), offset, kind_of_place(), what));
+      fmt::format("{}: byte {}{}: {}", path().string(), offset, kind_of_place(), printable(what)));
 }
 
 void ByteSource::fail_at_line(std::uint64_t offset, std::string_view what) {
@@ -111,7 +121,8 @@ void ByteSource::fail_at_line(std::uint64_t offset, std::string_view what) {
     line += static_cast<std::uint64_t>(std::count(data(), data() + n, '\n'));
     consume(n);
   }
-  throw InputError(fmt::format("{}: line {}{}: {}", path().string(), line, kind_of_place(), text));
+  throw InputError(
+      fmt::format("{}: line {}{}: {}", path().string(), line, kind_of_place(), printable(text)));
 }
 
 }  // namespace remaps

@@ -13,6 +13,10 @@
 
 namespace remaps {
 
+/// What an error says of a file may quote it: control characters become '?', and what is longer
+/// than 400 bytes is cut.
+std::string printable(std::string_view what);
+
 /// A file read forward through one buffer. The bytes ahead are at data(), followed by a newline
 /// that is not in the file, so that scanning for the end of a word or a line needs no bound.
 ///

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/corner_runs.h"
 #include "remaps/formats/format_detection.h"
@@ -271,8 +270,8 @@ class ObjReader final : public IndexedMeshReader {
 
   void set_vertices(std::uint64_t count) {
     if (count == 0) {
-      throw InputError(fmt::format("{}: expected an OBJ mesh, found no vertex ('v') in {} bytes",
-                                   source_.path().string(), source_.size()));
+      source_.fail_at_byte(source_.size(),
+                           "expected an OBJ mesh, found no vertex ('v') up to the end of the file");
     }
     vertices_ = count;
   }

@@ -265,11 +265,12 @@ class OffReader final : public IndexedMeshReader {
   /// Accepts OFF with the prefixes ST, C and N: what they announce comes after the position:
   /// normal, colour, texture coordinates.
   void check_keyword(TextScanner& scanner) {
-    std::string_view word = scanner.word();
+    const std::string found(scanner.word());
+    std::string_view word = found;
     const auto announces = [&word](std::string_view prefix) {
-      const bool found = word.starts_with(prefix);
-      if (found) word.remove_prefix(prefix.size());
-      return found;
+      const bool starts = word.starts_with(prefix);
+      if (starts) word.remove_prefix(prefix.size());
+      return starts;
     };
     has_texture_ = announces("ST");
     has_colours_ = announces("C");
@@ -277,7 +278,9 @@ class OffReader final : public IndexedMeshReader {
     if (word == "4OFF" || word == "nOFF" || word == "4nOFF") {
       scanner.fail("expected an OFF of three dimensions, 4OFF and nOFF are not supported");
     }
-    if (word != "OFF") scanner.fail("expected an OFF header");
+    if (word != "OFF") {
+      scanner.fail(fmt::format("expected OFF as the first word, found '{}'", found.substr(0, 40)));
+    }
   }
 
   static void check_variant(TextScanner& scanner) {

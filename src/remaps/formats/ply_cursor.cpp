@@ -87,13 +87,18 @@ void PlyBinaryCursor::fail_at_end() const {
 }
 
 double PlyTextCursor::real(PlyType type) {
-  scanner_.skip_space();
+  go_to_value(type);
   return type == PlyType::float32 ? static_cast<double>(scanner_.real_float()) : scanner_.real();
 }
 
-std::uint64_t PlyTextCursor::integer(PlyType) {
-  scanner_.skip_space();
+std::uint64_t PlyTextCursor::integer(PlyType type) {
+  go_to_value(type);
   return static_cast<std::uint64_t>(scanner_.integer());
+}
+
+void PlyTextCursor::go_to_value(PlyType type) {
+  scanner_.skip_space();
+  if (scanner_.at_end()) fail(type, "the file ends within this record");
 }
 
 void PlyTextCursor::skip(std::uint64_t values) {

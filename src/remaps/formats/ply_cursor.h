@@ -74,6 +74,9 @@ class PlyTextCursor {
   PlyPlace place;
 
  private:
+  /// Goes to the next word, which must be there.
+  void go_to_value(PlyType type);
+
   TextScanner scanner_;
 };
 

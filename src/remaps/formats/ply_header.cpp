@@ -166,7 +166,8 @@ class HeaderParser {
   }
 
   [[noreturn]] void fail(std::string_view what) const {
-    throw InputError(fmt::format("{}: line {}: {}", source_.path().string(), line_, what));
+    throw InputError(
+        fmt::format("{}: line {}: {}", source_.path().string(), line_, printable(what)));
   }
 
   ByteSource& source_;

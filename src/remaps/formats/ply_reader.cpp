@@ -387,7 +387,8 @@ class PlyReader final : public IndexedMeshReader {
       return size;
     };
     pass_.begin = source_.file_offset();
-    const double share = expected(first, last + 1) / expected(first, header_.elements.size());
+    const double rest = expected(first, header_.elements.size());
+    const double share = rest > 0 ? expected(first, last + 1) / rest : 1;
     const std::uint64_t left = source_.file_size() - pass_.begin;
     pass_.end = offsets_[last + 1] ? source_.file_offset_of(*offsets_[last + 1])
                                    : pass_.begin + static_cast<std::uint64_t>(share * double(left));

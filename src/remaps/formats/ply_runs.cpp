@@ -32,11 +32,11 @@ std::array<Word<sizeof(T)>, 3> load_words(const char* from) {
   return words;
 }
 
-/// True for NaN and the infinities: every bit of the exponent is set.
+/// 1 for NaN and the infinities, in which every bit of the exponent is set; else 0.
 template <class Real>
-bool is_not_finite(Word<sizeof(Real)> word) {
+unsigned is_not_finite(Word<sizeof(Real)> word) {
   const auto exponent = std::bit_cast<Word<sizeof(Real)>>(std::numeric_limits<Real>::infinity());
-  return (word & exponent) == exponent;
+  return unsigned{(word & exponent) == exponent};
 }
 
 template <class Real, bool kSwap>
@@ -44,9 +44,9 @@ PlyPointRuns::Decoded decode_points(const char* at, std::size_t stride, std::spa
   PlyPointRuns::Decoded done{0, true};
   for (Vec3& point : out) {
     const auto words = load_words<Real, kSwap>(at);
-    const bool bad = is_not_finite<Real>(words[0]) | is_not_finite<Real>(words[1]) |
-                     is_not_finite<Real>(words[2]);
-    if (bad) break;
+    const unsigned bad = is_not_finite<Real>(words[0]) | is_not_finite<Real>(words[1]) |
+                         is_not_finite<Real>(words[2]);
+    if (bad != 0) break;
     point = {static_cast<double>(std::bit_cast<Real>(words[0])),
              static_cast<double>(std::bit_cast<Real>(words[1])),
              static_cast<double>(std::bit_cast<Real>(words[2]))};

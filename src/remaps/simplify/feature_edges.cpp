@@ -32,10 +32,10 @@ class EdgeBits {
   EdgeBits(Segment& s, LocalIndex corner)
       : bits_(s.feature[face_of(corner)]), slot_(slot_of(corner)) {}
 
-  bool known() const { return ((bits_ >> (slot_ + 3)) & 1u) == 0; }
-  bool feature() const { return ((bits_ >> slot_) & 1u) != 0; }
+  bool known() const { return (unsigned{bits_} >> (slot_ + 3) & 1u) == 0; }
+  bool feature() const { return (unsigned{bits_} >> slot_ & 1u) != 0; }
   void set(bool feature) {
-    const unsigned cleared = bits_ & ~(9u << slot_);
+    const unsigned cleared = unsigned{bits_} & ~(9u << slot_);
     bits_ = static_cast<std::uint8_t>(cleared | (feature ? 1u << slot_ : 0u));
   }
 
