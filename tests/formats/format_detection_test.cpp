@@ -50,7 +50,7 @@ TEST_F(MeshReader, AsksTheExtensionWhereTheContentHasNoMark) {
   EXPECT_EQ(read_bytes("a.off", "4 1 0\n" + kVertices + "4 0 1 2 3\n").triangles, kSquareFan);
   expect_refused("a.ply", "once upon a time", {"'ply'"});
   expect_refused("a.obj", "once upon a time", {"no vertex"});
-  expect_refused("a.off", "once upon a time", {"OFF header"});
+  expect_refused("a.off", "once upon a time", {"expected OFF", "'once'"});
   expect_refused("a.stl", "once upon a time", {"'solid'", "'once'"});
   expect_refused("a.stl", std::string(40, '\0'), {"header of 80 bytes"});
 }
