@@ -36,24 +36,44 @@ def read_ply(path):
     end = data.find(mark)
     if not data.startswith(b"ply\nformat binary_little_endian 1.0\n") or end < 0:
         raise ValueError("not a binary little-endian PLY")
-    header = data[:end].decode("ascii", "replace").splitlines()
-    elements = [line.split() for line in header if line.startswith("element ")]
-    properties = [line.split()[1:] for line in header if line.startswith("property ")]
-    if [e[1] for e in elements] != ["vertex", "face"] or len(properties) != 4 or [
-            p[:1] for p in properties[:3]] != [["float"]] * 3 or properties[3][:2] != ["list", "uchar"]:
+    records = {"vertex": [], "face": []}
+    counts = {}
+    element = None
+    for line in data[:end].decode("ascii", "replace").splitlines():
+        words = line.split()
+        if words[:1] == ["element"]:
+            element = words[1]
+            counts[element] = int(words[2])
+        elif words[:1] == ["property"] and element in records:
+            records[element] += fields_of(words[1:])
+    if list(counts) != ["vertex", "face"] or [f[:2] for f in records["vertex"][:3]] != [
+            (axis, "<f4") for axis in "xyz"] or ("vertex_indices_count", "u1") not in records["face"]:
         raise ValueError("not a PLY of float positions and triangles")
-    vertices, faces = (int(e[2]) for e in elements)
-    index = {"int": "<i4", "uint": "<u4", "uint64": "<u8"}[properties[3][2]]
-    face = numpy.dtype([("corners", "u1"), ("corner", index, 3)])
+    vertex, face = (numpy.dtype(records[name]) for name in ("vertex", "face"))
     start = end + len(mark)
-    if len(data) != start + 12 * vertices + face.itemsize * faces:
-        raise ValueError(f"{len(data)} bytes, but the header announces "
-                         f"{start + 12 * vertices + face.itemsize * faces}")
-    positions = numpy.frombuffer(data, "<f4", 3 * vertices, start).reshape(-1, 3)
-    records = numpy.frombuffer(data, face, faces, start + 12 * vertices)
-    if (records["corners"] != 3).any():
+    announced = start + vertex.itemsize * counts["vertex"] + face.itemsize * counts["face"]
+    if len(data) != announced:
+        raise ValueError(f"{len(data)} bytes, but the header announces {announced}")
+    points = numpy.frombuffer(data, vertex, counts["vertex"], start)
+    faces = numpy.frombuffer(data, face, counts["face"], start + vertex.itemsize * counts["vertex"])
+    if (faces["vertex_indices_count"] != 3).any():
         raise ValueError("a face has not three corners")
-    return positions, records["corner"].astype(numpy.int64)
+    positions = numpy.stack([points[axis] for axis in "xyz"], axis=1)
+    return positions, faces["vertex_indices"].astype(numpy.int64)
+
+
+TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4", "int64": "<i8",
+         "uint64": "<u8", "float": "<f4", "double": "<f8"}
+LENGTHS = {"vertex_indices": 3, "texcoord": 6}  # of the lists that remaps writes
+
+
+def fields_of(words):
+    """A property's fields in a record: a value, or the count of a list and its values."""
+    if words[0] != "list":
+        return [(words[1], TYPES[words[0]])]
+    if words[3] not in LENGTHS:
+        raise ValueError(f"not a PLY as remaps writes it: a list {words[3]}")
+    return [(words[3] + "_count", TYPES[words[1]]), (words[3], TYPES[words[2]], LENGTHS[words[3]])]
 
 
 def count_cycles(following):

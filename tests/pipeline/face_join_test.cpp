@@ -119,8 +119,8 @@ TEST_F(FaceJoinTest, IngestGoesOverToItInMidStreamAndThreadsChangeNothing) {
   for (const unsigned threads : {1u, 2u}) {
     Progress progress;
     const auto reader = open_mesh_reader(directory() / "large.ply");
-    Ingested ingested =
-        ingest(*reader, plan, sub("ingest" + std::to_string(threads)), threads, budget_, progress);
+    Ingested ingested = ingest(*reader, "in.ply", plan, sub("ingest" + std::to_string(threads)),
+                               threads, budget_, progress);
     EXPECT_EQ(ingested.faces, mesh.triangle.size());
     contents.push_back(content(*ingested.level));
     std::set<FaceId> seen;

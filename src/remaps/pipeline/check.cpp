@@ -60,7 +60,8 @@ MeshCheck check_mesh(const CheckOptions& options, Progress& progress) {
 
   const InputMesh input = open_input_mesh(
       options.input, {temp.path(), plan.budget_bytes / 2, options.weld_distance}, budget, progress);
-  Ingested ingested = ingest(*input.reader, plan, temp.path(), threads, budget, progress);
+  Ingested ingested =
+      ingest(*input.reader, options.input.string(), plan, temp.path(), threads, budget, progress);
   MeshCheck result;
   result.repairs.welded_vertices = input.welded_vertices;
   result.vertices = ingested.vertices;

@@ -148,7 +148,7 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan) {
   return static_cast<std::size_t>((faces + plan.segment_faces - 1) / plan.segment_faces);
 }
 
-Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
+Ingested ingest(IndexedMeshReader& reader, const std::string& name, const MemoryPlan& plan,
                 const std::filesystem::path& temp_dir, unsigned threads, MemoryBudget& budget,
                 Progress& progress) {
   progress.begin("ingest");
@@ -156,11 +156,11 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   result.sample = PositionSample(kSampleSize);
   VertexSpool spool(temp_dir / "vertices");
   spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.15 * fraction); });
-  if (spool.vertices() == 0) throw GeometryError("the mesh has no vertices");
+  if (spool.vertices() == 0) throw GeometryError(name + ": the mesh has no vertices");
   result.vertices = spool.vertices();
   result.nonfinite_vertices = spool.nonfinite().size();
   if (result.nonfinite_vertices == result.vertices)
-    throw GeometryError("no vertex has finite coordinates");
+    throw GeometryError(name + ": no vertex has finite coordinates");
   result.origin = spool.origin();
   result.diagonal = spool.box().diagonal();
 
@@ -172,11 +172,11 @@ Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
   const PolygonCutting cutting(reader, spool, plan.cache_bytes / 4, budget);
   read_faces(reader, router, threads > 1);
   router.finish(result);
-  if (result.faces == 0) throw GeometryError("the mesh has no faces");
+  if (result.faces == 0) throw GeometryError(name + ": the mesh has no faces");
   if (result.level->faces() == 0) {
-    throw GeometryError(
-        fmt::format("no face is left: of {}, {} have a vertex twice and {} one that is not finite",
-                    result.faces, result.degenerate_faces, result.nonfinite_faces));
+    throw GeometryError(fmt::format(
+        "{}: no face is left: of {}, {} have a vertex twice and {} one that is not finite", name,
+        result.faces, result.degenerate_faces, result.nonfinite_faces));
   }
   return result;
 }

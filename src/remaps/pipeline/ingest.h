@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <string>
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
@@ -41,7 +42,8 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan);
 /// level. Faces keep their numbers in the file.
 /// @param threads  with more than one, parsing overlaps with routing; the result is the same
 /// @throws InputError  malformed; GeometryError: no faces
-Ingested ingest(IndexedMeshReader& reader, const MemoryPlan& plan,
+/// @param name  of the file, for messages
+Ingested ingest(IndexedMeshReader& reader, const std::string& name, const MemoryPlan& plan,
                 const std::filesystem::path& temp_dir, unsigned threads, MemoryBudget& budget,
                 Progress& progress);
 

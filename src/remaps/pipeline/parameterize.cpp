@@ -84,7 +84,8 @@ class Parameterizer {
         open_input_mesh(job_.input, {job_.temp_dir, plan_.budget_bytes / 2, job_.weld_distance},
                         budget_, progress_);
     report_.repairs.welded_vertices = input.welded_vertices;
-    ingested_ = ingest(*input.reader, plan_, job_.temp_dir, job_.threads, budget_, progress_);
+    ingested_ = ingest(*input.reader, job_.input.string(), plan_, job_.temp_dir, job_.threads,
+                       budget_, progress_);
     store_input_attributes(*input.reader);
     report_.bytes_read += input.reader->bytes_read_total();
     report_.input_path = job_.input.string();

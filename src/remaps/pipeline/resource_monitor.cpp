@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <fstream>
+#include <string>
 
 #include "remaps/store/disk_usage.h"
 
@@ -66,10 +68,25 @@ void ResourceMonitor::watch() {
   }
 }
 
-void ResourceMonitor::finish(Report& report) {
+namespace {
+
+/// Largest resident memory. ru_maxrss has that of the parent as well, if this process was forked
+/// from a large one (a Python script, say); the kernel's other count begins with the program.
+std::uint64_t peak_resident_bytes() {
+  std::ifstream status("/proc/self/status");
+  for (std::string word; status >> word;) {
+    std::uint64_t kibibytes = 0;
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024;
+  }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
-  report.peak_rss_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+}  // namespace
+
+void ResourceMonitor::finish(Report& report) {
+  report.peak_rss_bytes = peak_resident_bytes();
   report.cpu_seconds = cpu_seconds() - cpu_at_start_;
   report.seconds_total = seconds();
   const store::IoCounts io = store::io_counts();
