@@ -128,6 +128,12 @@ TEST_F(Obj, RefusesTruncationWithinALine) {
   }
 }
 
+TEST_F(Obj, PassesOverIndicesOfNormalsAndTexturesThatAreNotThere) {
+  const auto reader =
+      open_mesh_reader(make_file("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1/1/1 2/2/2 3/3/3\n"));
+  EXPECT_TRUE(reader->attributes().empty());
+}
+
 TEST_F(Obj, RefusesFilesWithoutVertices) {
   expect_refused("a.obj", "# nothing\n", {"byte 10:", "no vertex"});
   expect_refused("a.obj", "f 1 2 3\n", {"no vertex"});

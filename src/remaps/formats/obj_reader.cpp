@@ -131,7 +131,8 @@ class ObjReader final : public IndexedMeshReader {
     }
     const ObjCorner corner = first_corner();
     pools_.clear();
-    if (corner.pool[1] != 0) {
+    // Some programs write indices of values that are not in the file.
+    if (corner.pool[1] != 0 && has_normals_) {
       specs.push_back(
           {"normal",
            AttributeKind::normal,
@@ -139,7 +140,7 @@ class ObjReader final : public IndexedMeshReader {
            {{"nx", ScalarType::float32}, {"ny", ScalarType::float32}, {"nz", ScalarType::float32}},
            true});
     }
-    if (corner.pool[0] != 0) {
+    if (corner.pool[0] != 0 && has_textures_) {
       specs.push_back({"uv",
                        AttributeKind::uv,
                        AttributePer::corner,
@@ -260,6 +261,8 @@ class ObjReader final : public IndexedMeshReader {
       const std::uint64_t line = source_.offset();
       const ObjLines::Kind kind = lines.begin_line();
       if (kind == ObjLines::Kind::face && !first_face) first_face = {line, count};
+      has_normals_ = has_normals_ || kind == ObjLines::Kind::normal;
+      has_textures_ = has_textures_ || kind == ObjLines::Kind::texture;
       if (kind != ObjLines::Kind::vertex) continue;
       visit(lines);
       ++count;
@@ -345,8 +348,9 @@ class ObjReader final : public IndexedMeshReader {
   std::optional<std::uint64_t> vertices_;
   Place first_face_;  // once vertices_ is known
   bool all_float_ = false;
-  std::size_t colours_ = 0;  // numbers of a vertex's colour
-  std::vector<Pool> pools_;  // (attributes)
+  std::size_t colours_ = 0;                          // numbers of a vertex's colour
+  bool has_normals_ = false, has_textures_ = false;  // once read
+  std::vector<Pool> pools_;                          // (attributes)
   PolygonCutter* cutter_ = nullptr;
   PassRange pass_;
 };
