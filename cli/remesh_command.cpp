@@ -152,7 +152,8 @@ void add_goal_options(CLI::App& verb, RemeshArguments& a) {
       add_real(verb, "--max-error", a.options.goal.most, 0, 1,
                "Choose the lowest level, and if need be a larger base, whose measured error is at "
                "most this fraction of the diagonal; 0: --level decides");
-  goal->excludes(verb.get_option("--level"))->excludes(verb.get_option("--no-measure"));
+  for (const char* other : {"--level", "--levels", "--no-measure"})
+    goal->excludes(verb.get_option(other));
   verb.add_option("--max-error-kind", a.error_kind, "Error to be met: l2 or max")
       ->check(CLI::IsMember({"l2", "max"}))
       ->capture_default_str()

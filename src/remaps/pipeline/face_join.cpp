@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "remaps/mesh/delta_code.h"
+#include "remaps/store/bucket_records.h"
 
 namespace remaps::pipeline {
 namespace {
 
 constexpr std::size_t kLargestRecord = 64;
-constexpr std::uint64_t kPiece = 256 << 10;  // bytes of a bucket in memory at a time
 
 std::uint64_t table_bytes(const MemoryPlan& plan) {
   return plan.budget_bytes / 2;
@@ -18,23 +18,10 @@ std::uint64_t divide_up(std::uint64_t a, std::uint64_t b) {
   return (a + b - 1) / b;
 }
 
-/// Decodes the records of a bucket piece by piece: decode(at) returns the end of a record.
+/// Decodes what waits in a bucket, and frees it.
 template <class Decode>
 void for_each_record(store::BucketFile& file, std::size_t bucket, Decode&& decode) {
-  store::Bytes piece;
-  const std::uint64_t total = file.bytes(bucket);
-  std::uint64_t offset = 0;
-  while (offset < total) {
-    const std::uint64_t size = std::min(kPiece, total - offset);
-    file.read(bucket, offset, size, piece);
-    piece.resize(static_cast<std::size_t>(size) + kLargestRecord);
-    // A record that may be cut off is left to the next piece.
-    const std::uint64_t safe = offset + size == total ? size : size - kLargestRecord;
-    const std::byte* at = piece.data();
-    while (at < piece.data() + safe) at = decode(at);
-    offset += static_cast<std::uint64_t>(at - piece.data());
-  }
-  if (offset > total) throw CorruptionError("waiting faces do not end where they should");
+  store::for_each_record(file, bucket, kLargestRecord, "waiting faces", decode);
   file.release(bucket);
 }
 

@@ -13,6 +13,7 @@
 #include "remaps/base/geometry.h"
 #include "remaps/mesh/delta_code.h"
 #include "remaps/store/bucket_file.h"
+#include "remaps/store/bucket_records.h"
 #include "remaps/store/disk_usage.h"
 #include "remaps/store/file.h"
 
@@ -22,24 +23,9 @@ namespace remaps::pipeline {
 
 inline constexpr std::size_t kLargestWeldRecord = 64;
 
-/// Decodes the records of a bucket piece by piece: decode(at) returns the end of a record.
 template <class Decode>
 void for_each_weld_record(const store::BucketFile& file, std::size_t bucket, Decode&& decode) {
-  constexpr std::uint64_t kPiece = 256 << 10;
-  store::Bytes piece;
-  const std::uint64_t total = file.bytes(bucket);
-  std::uint64_t offset = 0;
-  while (offset < total) {
-    const std::uint64_t size = std::min(kPiece, total - offset);
-    file.read(bucket, offset, size, piece);
-    piece.resize(static_cast<std::size_t>(size) + kLargestWeldRecord);
-    // A record that may be cut off is left to the next piece.
-    const std::uint64_t safe = offset + size == total ? size : size - kLargestWeldRecord;
-    const std::byte* at = piece.data();
-    while (at < piece.data() + safe) at = decode(at);
-    offset += static_cast<std::uint64_t>(at - piece.data());
-  }
-  if (offset > total) throw CorruptionError("records of welding do not end where they should");
+  store::for_each_record(file, bucket, kLargestWeldRecord, "records of welding", decode);
 }
 
 template <class Point>
