@@ -88,11 +88,15 @@ bool is_needed(int depth, const std::string& key) {
 }
 
 /// "syntax error while parsing ..." of nlohmann's message, which has its own number and place
-/// ahead.
-std::string_view reason_of(const json::exception& error) {
-  std::string_view text = error.what();
-  const std::size_t at = text.find(": ");
-  return at == std::string_view::npos ? text : text.substr(at + 2);
+/// ahead. It quotes what was read last, which may be long: then without the middle.
+std::string reason_of(const json::exception& error) {
+  constexpr std::size_t kHead = 120, kTail = 60;
+  std::string text = error.what();
+  if (const std::size_t at = text.find(": "); at != std::string::npos) text.erase(0, at + 2);
+  if (text.size() > 2 * (kHead + kTail)) {
+    text.replace(kHead, text.size() - kHead - kTail, " [...] ");
+  }
+  return text;
 }
 
 }  // namespace
