@@ -2,8 +2,8 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
-#include <vector>
+
+#include "remaps/store/packing.h"
 
 namespace remaps::codec {
 
@@ -16,7 +16,7 @@ class BinaryEncoder {
  public:
   static constexpr bool kDecodes = false;
 
-  explicit BinaryEncoder(std::vector<std::uint8_t>& out) : out_(out) {}
+  explicit BinaryEncoder(store::Bytes& out) : out_(out) {}
 
   /// @param one  probability of a 1, of 2^16; 1 to 2^16 - 1
   bool code(bool bit, std::uint32_t one) {
@@ -28,7 +28,7 @@ class BinaryEncoder {
       low_ = middle + 1;
     }
     while (((low_ ^ high_) >> 24) == 0) {
-      out_.push_back(static_cast<std::uint8_t>(high_ >> 24));
+      out_.push_back(static_cast<std::byte>(high_ >> 24));
       low_ <<= 8;
       high_ = high_ << 8 | 0xFF;
     }
@@ -38,12 +38,12 @@ class BinaryEncoder {
   /// Writes what the decoder looks ahead.
   void finish() {
     for (unsigned shift = 32; shift != 0; shift -= 8) {
-      out_.push_back(static_cast<std::uint8_t>(low_ >> (shift - 8)));
+      out_.push_back(static_cast<std::byte>(low_ >> (shift - 8)));
     }
   }
 
  private:
-  std::vector<std::uint8_t>& out_;
+  store::Bytes& out_;
   std::uint32_t low_ = 0, high_ = 0xFFFFFFFF;
 };
 
@@ -53,7 +53,7 @@ class BinaryDecoder {
  public:
   static constexpr bool kDecodes = true;
 
-  explicit BinaryDecoder(std::span<const std::uint8_t> in) : in_(in) {
+  explicit BinaryDecoder(store::ByteSpan in) : in_(in) {
     for (unsigned i = 0; i < 4; ++i) value_ = value_ << 8 | next();
   }
 
@@ -82,10 +82,10 @@ class BinaryDecoder {
       ended_ = true;
       return 0;
     }
-    return in_[at_++];
+    return static_cast<std::uint32_t>(in_[at_++]);
   }
 
-  std::span<const std::uint8_t> in_;
+  store::ByteSpan in_;
   std::size_t at_ = 0;
   bool ended_ = false;
   std::uint32_t value_ = 0, low_ = 0, high_ = 0xFFFFFFFF;

@@ -54,7 +54,7 @@ class MixedBit {
   MixedBit(const std::array<std::size_t, Inputs>& contexts, std::size_t sets, std::uint32_t limit)
       : limit_(limit), weights_(sets) {
     for (std::size_t i = 0; i < Inputs; ++i) bits_[i].resize(contexts[i]);
-    for (auto& w : weights_) w.fill(static_cast<std::int32_t>(kOne * 0.4));
+    for (auto& w : weights_) w.fill(kFirst);
   }
 
   template <class Coder>
@@ -81,6 +81,8 @@ class MixedBit {
 
  private:
   static constexpr std::int32_t kOne = 1 << 16;
+  /// A little more than an average: contexts that agree make each other surer.
+  static constexpr std::int32_t kFirst = Inputs == 1 ? kOne : kOne * 5 / (4 * std::int32_t{Inputs});
   static constexpr int kRate = 14;
 
   std::uint32_t limit_;

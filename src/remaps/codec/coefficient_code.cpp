@@ -300,9 +300,9 @@ class BitplaneCoder {
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_coefficients(const SubdivisionHierarchy& hierarchy,
-                                              const Coefficients& coefficients, unsigned planes) {
-  std::vector<std::uint8_t> code;
+store::Bytes encode_coefficients(const SubdivisionHierarchy& hierarchy,
+                                 const Coefficients& coefficients, unsigned planes) {
+  store::Bytes code;
   BinaryEncoder encoder(code);
   Coefficients known;
   BitplaneCoder<BinaryEncoder>(hierarchy, encoder, known, &coefficients, planes).run(planes);
@@ -310,7 +310,7 @@ std::vector<std::uint8_t> encode_coefficients(const SubdivisionHierarchy& hierar
   return code;
 }
 
-void decode_coefficients(const SubdivisionHierarchy& hierarchy, std::span<const std::uint8_t> code,
+void decode_coefficients(const SubdivisionHierarchy& hierarchy, store::ByteSpan code,
                          unsigned planes, Coefficients& coefficients) {
   BinaryDecoder decoder(code);
   BitplaneCoder<BinaryDecoder>(hierarchy, decoder, coefficients, nullptr, planes).run(planes);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "remaps/codec/subdivision_hierarchy.h"
+#include "remaps/store/packing.h"
 
 namespace remaps::codec {
 
@@ -34,12 +35,12 @@ struct Coefficients {
 /// ones have them in common.
 ///
 /// @param planes  bits of the largest magnitude, at most 30
-std::vector<std::uint8_t> encode_coefficients(const SubdivisionHierarchy& hierarchy,
-                                              const Coefficients& coefficients, unsigned planes);
+store::Bytes encode_coefficients(const SubdivisionHierarchy& hierarchy,
+                                 const Coefficients& coefficients, unsigned planes);
 
 /// The inverse, for as much of the code as is there.
 /// @param coefficients  all insignificant where the code does not reach
-void decode_coefficients(const SubdivisionHierarchy& hierarchy, std::span<const std::uint8_t> code,
+void decode_coefficients(const SubdivisionHierarchy& hierarchy, store::ByteSpan code,
                          unsigned planes, Coefficients& coefficients);
 
 }  // namespace remaps::codec
