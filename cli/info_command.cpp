@@ -4,12 +4,14 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "archive_text.h"
 #include "help_text.h"
 #include "number_text.h"
 #include "options.h"
 #include "progress_bar.h"
 #include "remaps/base/errors.h"
 #include "remaps/formats/mesh_reader.h"
+#include "remaps/pipeline/codec_files.h"
 #include "remaps/pipeline/query.h"
 #include "standard_output.h"
 
@@ -183,6 +185,11 @@ void show_info(const Arguments& a) {
     return;
   }
   check_input_file(a.path);
+  if (pipeline::is_archive(a.path)) {
+    const auto summary = pipeline::summarise_archive(a.path);
+    print(a.json ? archive_json(summary, a.path) : archive_table(summary, a.path));
+    return;
+  }
   MeshInfo info;
   {
     ProgressBar bar(a.quiet);
@@ -194,12 +201,12 @@ void show_info(const Arguments& a) {
 }  // namespace
 
 void add_info_command(CLI::App& program, Action& action) {
-  CLI::App& verb = add_verb(
-      program, "info", "Say what a mesh file or a bundle holds: counts, bounding box, topology",
-      "info scan.remaps --json");
+  CLI::App& verb = add_verb(program, "info", "Say what a mesh file, a bundle or an archive holds",
+                            "info scan.remaps --json");
   auto a = std::make_shared<Arguments>();
-  add_path(verb, "FILE", a->path,
-           "A mesh (.ply, .obj, .off, .stl; .gz and .zst of them; .glb, .gltf) or a bundle")
+  add_path(
+      verb, "FILE", a->path,
+      "A mesh (.ply, .obj, .off, .stl; .gz and .zst of them; .glb, .gltf), a bundle or an archive")
       ->required();
   add_json(verb, a->json);
   add_quiet(verb, a->quiet);

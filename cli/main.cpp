@@ -62,6 +62,7 @@ int run(int argc, char** argv) {
   add_query_commands(program, action);
   add_measure_command(program, action);
   add_check_command(program, action);
+  add_codec_commands(program, action);
   add_info_command(program, action);
   add_generate_command(program, action);
 

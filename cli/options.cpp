@@ -183,8 +183,7 @@ void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarse
       ->excludes(one);
 }
 
-void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
-                   fs::path& temp_dir, const std::string& place) {
+void add_memory(CLI::App& verb, std::uint64_t& memory_bytes) {
   add_parsed(verb, "--memory", memory_bytes, "SIZE",
              "Memory budget: bytes, or K, M, G, T of 1024 (M = 2^20 bytes). Program and "
              "libraries take some 32M on top",
@@ -197,6 +196,11 @@ void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& thread
                return *bytes;
              })
       ->default_str(fmt::format("{}M", memory_bytes >> 20));
+}
+
+void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,
+                   fs::path& temp_dir, const std::string& place) {
+  add_memory(verb, memory_bytes);
   add_small(verb, "--threads", threads, 256,
             "Worker threads, 1 to 256; 0: one a processor. Makes no difference to the result");
   add_path(verb, "--temp-dir", temp_dir,

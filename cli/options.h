@@ -24,6 +24,7 @@ void add_measure_command(CLI::App& program, Action& action);
 void add_info_command(CLI::App& program, Action& action);
 void add_check_command(CLI::App& program, Action& action);
 void add_generate_command(CLI::App& program, Action& action);
+void add_codec_commands(CLI::App& program, Action& action);
 
 /// Options that hold a path, a count (200, 10k, 5M), a size (256M, 1.5G) or a number in a range.
 /// The help shows the value's default; bad values end parsing with a message that names the option.
@@ -50,6 +51,7 @@ void add_levels(CLI::App& verb, unsigned& level, std::optional<unsigned>& coarse
 CLI::Option* add_angle(CLI::App& verb, const std::string& name, double& value,
                        const std::string& description);
 
+void add_memory(CLI::App& verb, std::uint64_t& memory_bytes);
 /// --memory, --threads and --temp-dir, the same for all verbs. `place` is the default place of
 /// temporary files.
 void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& threads,

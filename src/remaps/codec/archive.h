@@ -36,6 +36,10 @@ struct RatePoint {
   float psnr_db = 0;        ///< 20 log10(bounding-box diagonal / L2 error) against the original
 };
 
+/// As many as an archive can have, and what the longest table takes.
+inline constexpr std::size_t kMostRatePoints = 48;
+inline constexpr std::uint64_t kRateTableMostBytes = 14 * 8 + 4;
+
 /// What stands ahead of everything in an archive. Format: docs/formats/archive.md.
 struct ArchiveHeader {
   Quantization quantization;

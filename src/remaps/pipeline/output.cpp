@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "remaps/base/workers.h"
 #include "remaps/formats/file_extension.h"
 #include "remaps/formats/mesh_reader.h"
 #include "remaps/formats/mesh_writer.h"
@@ -16,6 +15,7 @@
 #include "remaps/pipeline/attribute_output.h"
 #include "remaps/pipeline/output_levels.h"
 #include "remaps/pipeline/run_plan.h"
+#include "remaps/pipeline/tile_surface.h"
 #include "remaps/pipeline/vertex_spool.h"
 #include "remaps/resample/dyadic_grid.h"
 #include "remaps/resample/fit.h"
@@ -34,56 +34,6 @@ constexpr double kFitPart = 0.98;
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
-
-/// The input surface from the tiles, in order of place.
-TriangleSource triangles_of_tiles(const store::SectionFile& tiles) {
-  return [&tiles](TriangleSink sink) {
-    store::Bytes bytes;
-    Tile tile;
-    std::vector<TrianglePositions> triangles;
-    for (std::size_t i = 0; i < tiles.sections(); ++i) {
-      tiles.read(i, bytes);
-      decode_tile(bytes, tiles.path().string() + ": tile " + std::to_string(i), tile);
-      triangles.clear();
-      for (const auto& t : tile.triangle) {
-        triangles.push_back(
-            {widen(tile.position[t[0]]), widen(tile.position[t[1]]), widen(tile.position[t[2]])});
-      }
-      sink(triangles);
-    }
-  };
-}
-
-/// The input surface, a tile a piece.
-class TilePieces final : public SurfacePieces {
- public:
-  explicit TilePieces(const store::SectionFile& tiles) : tiles_(tiles) {}
-
-  void stream(unsigned threads, FunctionRef<bool(std::size_t piece)> wanted,
-              const Work& work) const override {
-    std::vector<Lane> lanes(std::max(threads, 1u));
-    run_ordered(tiles_.sections(), threads, [&](std::size_t i, unsigned number) -> Commit {
-      if (!wanted(i)) return [] {};
-      Lane& lane = lanes[number];
-      tiles_.read(i, lane.bytes);
-      decode_tile_surface(lane.bytes, tiles_.path().string() + ": tile " + std::to_string(i),
-                          lane.tile);
-      lane.piece.clear();
-      for (const Vec3f& p : lane.tile.position) lane.piece.position.push_back(widen(p));
-      lane.piece.triangle.swap(lane.tile.triangle);
-      return work(i, lane.piece, number);
-    });
-  }
-
- private:
-  struct Lane {
-    store::Bytes bytes;
-    Tile tile;
-    SurfacePiece piece;
-  };
-
-  const store::SectionFile& tiles_;
-};
 
 /// Sums up the quality of the map from the faces of the semi-regular mesh, which come base face by
 /// base face.

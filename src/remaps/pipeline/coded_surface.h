@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+
+#include "remaps/base/memory_budget.h"
+#include "remaps/base/progress.h"
+#include "remaps/codec/archive.h"
+
+namespace remaps::pipeline {
+
+struct CodedSurfaceOptions {
+  std::filesystem::path input;
+  std::optional<unsigned> level;
+  std::uint64_t memory_bytes = 0;
+  unsigned threads = 1;
+  std::filesystem::path temp_dir;
+  std::uint64_t samples = 0;
+};
+
+/// A surface that is to be coded: its semi-regular mesh, and what coded versions of it are compared
+/// with.
+class CodedSurface {
+ public:
+  virtual ~CodedSurface() = default;
+  /// The mesh; once.
+  virtual codec::SemiRegularMesh release_mesh() = 0;
+  /// L2 error of another mesh, the larger of both directions, as a fraction of the diagonal.
+  virtual double l2_error(const codec::SemiRegularMesh& mesh, MemoryBudget& budget) const = 0;
+};
+
+/// Opens a bundle, whose input surface is the reference and whose mesh is resampled, or a mesh with
+/// subdivision connectivity, which is its own reference.
+std::unique_ptr<CodedSurface> open_coded_surface(const CodedSurfaceOptions& options,
+                                                 MemoryBudget& budget, Progress& progress);
+
+/// Writes a mesh in the numbering of docs/formats/semi-regular.md.
+void write_mesh(const codec::SemiRegularMesh& mesh, const std::filesystem::path& path,
+                MemoryBudget& budget, Progress& progress);
+
+}  // namespace remaps::pipeline
