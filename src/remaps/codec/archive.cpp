@@ -27,6 +27,7 @@ constexpr std::uint64_t kDecoderBytesPerVertex = 64;
 /// The largest detail counts as at least this part of the diagonal, so that flat surfaces do not
 /// get steps of nothing.
 constexpr double kLeastDetail = 0x1p-8;
+constexpr double kStepsPerOctave = 4;
 /// Cells of the base's grid along the diagonal, about: coarser ones would leave the prediction of
 /// base vertices too little to do.
 constexpr double kGridCells = 512;
@@ -186,10 +187,14 @@ Quantization choose_quantization(const SubdivisionHierarchy& hierarchy,
   q.step = 1;
   const double diagonal = box.diagonal() > 0 ? box.diagonal() : 1;
   const double largest = std::max(largest_detail(hierarchy, q, details), kLeastDetail * diagonal);
-  q.step = std::ldexp(largest, -static_cast<int>(options.bitplanes));
+  // A step out of few, and a grid that hangs on the coordinates and not on the box: so a decoded
+  // mesh is coded as it was.
+  const double steps = std::ceil(kStepsPerOctave * std::log2(largest)) / kStepsPerOctave;
+  q.step = std::exp2(steps - options.bitplanes);
   const double shift = std::floor(std::log2(diagonal / (kGridCells * q.step)));
   q.grid_shift = static_cast<std::uint8_t>(std::clamp(shift, 0.0, double(q.planes)));
-  q.origin = box.low;
+  const auto down = [&](double x) { return std::floor(x / q.cell()) * q.cell(); };
+  q.origin = {down(box.low.x), down(box.low.y), down(box.low.z)};
   return q;
 }
 
