@@ -8,12 +8,14 @@
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
 #include "remaps/codec/archive.h"
+#include "remaps/mesh/attributes.h"
 
 namespace remaps::pipeline {
 
 struct CodedSurfaceOptions {
   std::filesystem::path input;
   std::optional<unsigned> level;
+  std::optional<AttributeChoice> attributes;
   std::uint64_t memory_bytes = 0;
   unsigned threads = 1;
   std::filesystem::path temp_dir;
@@ -36,7 +38,8 @@ class CodedSurface {
 std::unique_ptr<CodedSurface> open_coded_surface(const CodedSurfaceOptions& options,
                                                  MemoryBudget& budget, Progress& progress);
 
-/// Writes a mesh in the numbering of docs/formats/semi-regular.md.
+/// Writes a mesh in the numbering of docs/formats/semi-regular.md, with the signals that the format
+/// holds as attributes.
 void write_mesh(const codec::SemiRegularMesh& mesh, const std::filesystem::path& path,
                 MemoryBudget& budget, Progress& progress);
 
