@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -12,13 +11,10 @@
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/gltf_scene.h"
+#include "remaps/formats/position_value.h"
 
 namespace remaps {
 namespace {
-
-bool is_finite(const Vec3& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 /// Turns three components into numbers. Normalized integers of n bits mean -1 to 1 or 0 to 1.
 template <class T>
@@ -166,17 +162,13 @@ class GltfReader final : public IndexedMeshReader {
     const std::size_t bytes = accessor.element_bytes();
     GltfElements elements(scene_.buffers, accessor, path_);
     for (;;) {
-      const std::uint64_t first = elements.position();
       const std::span<const char> chunk = elements.next();
       if (chunk.empty()) return;
       const std::size_t n = chunk.size() / bytes;
       for (std::size_t i = 0; i < n; ++i) {
         Vec3 p = load_point(chunk.data() + i * bytes, accessor.component, accessor.normalized);
         if (!stays) p = transform.point(p);
-        if (!is_finite(p)) {
-          fail(accessor.place, first + i, "expected a finite position, found NaN or infinity");
-        }
-        positions.push(p);
+        positions.push(has_position(p) ? p : kNotFinite);
       }
       done_elements_ += n;
     }

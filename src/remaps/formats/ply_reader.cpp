@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -17,7 +16,7 @@
 #include "remaps/formats/ply_cursor.h"
 #include "remaps/formats/ply_header.h"
 #include "remaps/formats/ply_runs.h"
-#include "remaps/formats/position_text.h"
+#include "remaps/formats/position_value.h"
 
 namespace remaps {
 namespace {
@@ -130,16 +129,18 @@ class PositionHandler {
       : positions_(sink), runs_(runs) {}
 
   void coordinate(Cursor& cursor, const PlyStep& step) {
-    const double value = cursor.real(step.type);
-    if (!std::isfinite(value)) {
-      cursor.fail(step.type, fmt::format("expected a finite coordinate {}, found {}",
-                                         kAxes[step.axis], value));
-    }
-    all_float_ = all_float_ && is_float(value);
-    point_[step.axis] = value;
+    point_[step.axis] = cursor.coordinate(step.type);
   }
   void corners(Cursor&, const PlyStep&) {}
-  void end_record() { positions_.push({point_[0], point_[1], point_[2]}); }
+  void end_record() {
+    const Vec3 p{point_[0], point_[1], point_[2]};
+    if (!has_position(p)) {
+      positions_.push(kNotFinite);
+      return;
+    }
+    all_float_ = all_float_ && is_float(p);
+    positions_.push(p);
+  }
 
   std::uint64_t run(Cursor& cursor, std::uint64_t wanted) {
     std::uint64_t taken = 0;
