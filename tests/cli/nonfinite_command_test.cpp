@@ -58,7 +58,7 @@ TEST_F(NonfiniteCommand, RemeshCountsThemAndStrictRefuses) {
   EXPECT_EQ(report.at("repairs").at("nonfinite_faces"), 11);
   run_well({"verify", "b.remaps"});
   run_well({"measure", "dirty.off", "out.ply", "--samples", "1000"});
-  expect_failure(3, {"locate", "b.remaps", "--vertex", "8"}, {"vertex 8"});
+  expect_failure(4, {"locate", "b.remaps", "--vertex", "8"}, {"vertex 8", "not finite"});
   std::vector<std::string> strict = remesh;
   strict[2] = "other.ply";
   strict[6] = "other.remaps";
