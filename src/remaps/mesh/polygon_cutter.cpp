@@ -137,12 +137,10 @@ std::span<const PolygonCorners> PolygonTriangulation::cut(std::span<const Vec3> 
   return triangle_;
 }
 
-void PolygonCutter::cut(std::span<const VertexId> corners,
-                        FunctionRef<void(const Triangle&)> sink) {
+std::span<const PolygonCorners> PolygonCutter::cut(std::span<const VertexId> corners) {
   position_.clear();
   for (const VertexId v : corners) position_.push_back(position(v));
-  for (const PolygonCorners& t : triangulation_.cut(position_))
-    sink({corners[t[0]], corners[t[1]], corners[t[2]]});
+  return triangulation_.cut(position_);
 }
 
 }  // namespace remaps

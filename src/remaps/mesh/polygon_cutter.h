@@ -50,9 +50,12 @@ class PolygonTriangulation {
 /// corners are. See IndexedMeshReader::set_polygon_cutter.
 class PolygonCutter {
  public:
+  /// Polygons of more corners are not for it: they become fans.
+  static constexpr std::size_t kMostCorners = 1024;
+
   virtual ~PolygonCutter() = default;
-  /// Sends the triangles of a polygon.
-  void cut(std::span<const VertexId> corners, FunctionRef<void(const Triangle&)> sink);
+  /// The triangles of a polygon, as places in it. Valid until the next call.
+  std::span<const PolygonCorners> cut(std::span<const VertexId> corners);
 
  protected:
   virtual Vec3 position(VertexId v) = 0;
