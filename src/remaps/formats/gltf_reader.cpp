@@ -10,6 +10,7 @@
 #include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/format_factories.h"
+#include "remaps/formats/gltf_attributes.h"
 #include "remaps/formats/gltf_scene.h"
 #include "remaps/formats/position_value.h"
 
@@ -110,6 +111,14 @@ class GltfReader final : public IndexedMeshReader {
     ChunkEmitter<Triangle> triangles(sink);
     for (const GltfScene::Draw& draw : scene_.draws) read_draw(draw, triangles);
     triangles.flush();
+  }
+
+  std::vector<AttributeSpec> attributes() override { return find_gltf_attributes(scene_); }
+
+  void read_attributes(AttributePer per, AttributeSink sink) override {
+    if (per != AttributePer::vertex) return;
+    begin_pass(scene_.vertices);
+    read_gltf_attributes(scene_, path_, sink, [this](std::uint64_t n) { done_elements_ += n; });
   }
 
   bool positions_are_float() const override {

@@ -222,7 +222,7 @@ class PlyReader final : public IndexedMeshReader {
       const std::size_t index = index_of(*element);
       go_to(cursor, index);
       begin_pass(index, index);
-      read_ply_rows(cursor, *element, per, specs, sink);
+      read_ply_rows(cursor, *element, per, specs, {cutter_, vertex_->count}, sink);
     });
   }
   double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }

@@ -138,22 +138,18 @@ std::span<const PolygonCorners> PolygonTriangulation::cut(std::span<const Vec3> 
   return triangle_;
 }
 
-void PolygonCutter::cut(std::span<const VertexId> corners,
-                        FunctionRef<void(const Triangle&)> sink) {
+std::span<const PolygonCorners> PolygonCutter::cut(std::span<const VertexId> corners) {
   position_.clear();
   for (const VertexId v : corners) position_.push_back(position(v));
   const auto wild = std::find_if(position_.begin(), position_.end(), [](const Vec3& p) {
     return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z);
   });
-  if (wild != position_.end()) {
-    const auto n = corners.size();
-    const auto apex = static_cast<std::size_t>(wild - position_.begin());
-    for (std::size_t i = 2; i < n; ++i)
-      sink({corners[apex], corners[(apex + i - 1) % n], corners[(apex + i) % n]});
-    return;
-  }
-  for (const PolygonCorners& t : triangulation_.cut(position_))
-    sink({corners[t[0]], corners[t[1]], corners[t[2]]});
+  if (wild == position_.end()) return triangulation_.cut(position_);
+  const auto n = static_cast<std::uint32_t>(corners.size());
+  const auto apex = static_cast<std::uint32_t>(wild - position_.begin());
+  fan_.clear();
+  for (std::uint32_t i = 2; i < n; ++i) fan_.push_back({apex, (apex + i - 1) % n, (apex + i) % n});
+  return fan_;
 }
 
 }  // namespace remaps

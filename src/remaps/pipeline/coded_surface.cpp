@@ -63,7 +63,7 @@ void write_mesh(const SemiRegularMesh& mesh, const std::filesystem::path& path,
   std::vector<const codec::Signal*> signals;
   for (const codec::Signal& signal : mesh.signals) {
     const AttributeSpec spec = spec_of(signal.kind);
-    if (!holds_attribute(path, spec)) continue;
+    if (!held_attributes(path, std::span(&spec, 1))[0]) continue;
     specs.push_back(spec);
     signals.push_back(&signal);
   }

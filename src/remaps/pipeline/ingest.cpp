@@ -152,7 +152,8 @@ Ingested ingest(IndexedMeshReader& reader, const std::string& name, const Memory
   progress.begin("ingest");
   Ingested result;
   result.sample = PositionSample(kSampleSize);
-  VertexSpool spool(temp_dir / "vertices", budget);
+  result.positions = std::make_unique<VertexSpool>(temp_dir / "vertices", budget);
+  VertexSpool& spool = *result.positions;
   spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.15 * fraction); });
   if (spool.vertices() == 0) throw GeometryError(name + ": the mesh has no vertices");
   result.vertices = spool.vertices();

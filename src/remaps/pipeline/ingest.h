@@ -33,6 +33,8 @@ struct Ingested {
   /// (copied_vertices) rows of a VertexId: what each is a copy of, or kNoVertex; null if there are
   /// none
   std::unique_ptr<store::RowSpool> originals;
+  /// For cutting polygons once more, as long as it is wanted.
+  std::unique_ptr<VertexSpool> positions;
   Vec3 origin;
   double diagonal = 0;
   std::unique_ptr<DomainLevel> level;

@@ -127,11 +127,12 @@ std::vector<AttributeSpec> choose_attributes(const Bundle& bundle, const OutputJ
   const std::vector<AttributeSpec> chosen =
       job.attributes.choose(bundle.manifest().attributes.specs, bundle.manifest().input_name);
   report.attributes.clear();
-  for (const AttributeSpec& spec : chosen) {
-    const bool holds = holds_attribute(job.output, spec);
+  const std::vector<bool> holds = held_attributes(job.output, chosen);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const AttributeSpec& spec = chosen[i];
     report.attributes.push_back(
-        {spec.name, std::string(name_of(spec.kind)), std::string(name_of(spec.per)), holds});
-    if (holds) held.push_back(spec);
+        {spec.name, std::string(name_of(spec.kind)), std::string(name_of(spec.per)), holds[i]});
+    if (holds[i]) held.push_back(spec);
   }
   return held;
 }
