@@ -242,6 +242,7 @@ class SceneBuilder {
     }
     primitive.positions = accessor_number(accessor, "VEC3");
     check_positions(accessor, scene_.accessors[primitive.positions]);
+    if (const auto material = json.find("material")) primitive.material = material->whole();
     if (const auto indices = json.find("indices")) {
       const GltfValue index_accessor = indices->element(root_, "accessors");
       primitive.indices = accessor_number(index_accessor, "SCALAR");

@@ -30,6 +30,7 @@ std::string to_json(const Report& r) {
                      {"filled_faces", r.repairs.filled_faces}};
   if (r.features) {
     json["features"] = {{"angle_deg", r.features->angle_deg},
+                        {"labels", r.features->labels},
                         {"edges", r.features->edges},
                         {"dropped_edges", r.features->dropped_edges},
                         {"corners", r.features->corners},
