@@ -92,11 +92,7 @@ class ObjLabels {
       scanner.consume(kKeyword[i].size());
       label_[i] = kNone;
       while (lines.next_value()) {
-        if (scanner.peek(0) == '\\') {
-          scanner.consume(1);
-        } else {
-          label_[i] = mix_label(label_[i], scanner.word());
-        }
+        label_[i] = mix_label(label_[i], read_word(scanner));
       }
       seen_[i] = true;
       return;
@@ -126,6 +122,22 @@ class ObjLabels {
   static constexpr std::array<std::string_view, 3> kKeyword = {"o", "g", "usemtl"};
   static constexpr std::array<std::string_view, 3> kName = {"object", "group", "material"};
   static constexpr FaceLabel kNone = 1;  // before the first such line
+
+  /// Up to a blank or a line end, also a hidden one.
+  static std::string read_word(TextScanner& scanner) {
+    const auto goes_on = [&] {
+      const char c = scanner.peek(0);
+      if (is_blank(c) || c == '\n') return false;
+      return c != '\\' || (scanner.peek(1) != '\n' && scanner.peek(1) != '\r');
+    };
+    std::string word;
+    do {
+      if (word.size() == TextScanner::kLongestWord) scanner.fail("expected a shorter name");
+      word += scanner.peek(0);
+      scanner.consume(1);
+    } while (goes_on());
+    return word;
+  }
 
   static bool starts_with(const TextScanner& scanner, std::string_view keyword) {
     for (std::size_t i = 0; i < keyword.size(); ++i) {
