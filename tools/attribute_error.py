@@ -3,7 +3,8 @@
 
 Each vertex of the remesh is compared with the nearest vertex of the input, and with the nearest point of the
 input's surface, where the attribute is interpolated; each vertex of the input with the nearest of the
-remesh. Both are PLY files of remaps or alike: binary little-endian, a vertex before its faces, triangles.
+remesh. The controls know nothing of what was carried: they compare the input with itself, its surface at the
+places of the remesh's vertices, and at as many points spread evenly, with its nearest vertices. Both are PLY files of remaps or alike: binary little-endian, a vertex before its faces, triangles.
 Needs numpy and scipy (Debian: python3-numpy, python3-scipy).
 """
 
@@ -101,6 +102,18 @@ def on_surface(points, position, value, triangle, tree, candidates=6):
     return result
 
 
+def spread(count, position, value, triangle):
+    """Points spread evenly over the surface, and the attribute there."""
+    a, b, c = (position[triangle[:, i]] for i in range(3))
+    area = numpy.linalg.norm(numpy.cross(b - a, c - a), axis=1)
+    random = numpy.random.default_rng(1)
+    t = triangle[random.choice(len(triangle), count, p=area / area.sum())]
+    u, v = random.random((2, count, 1))
+    turned = u + v > 1
+    u, v = numpy.where(turned, 1 - u, u), numpy.where(turned, 1 - v, v)
+    return [(1 - u - v) * x[t[:, 0]] + u * x[t[:, 1]] + v * x[t[:, 2]] for x in (position, value)]
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("original", type=pathlib.Path)
@@ -119,8 +132,12 @@ def main():
         print(f"{what:<42} mean {difference.mean():.4f}   rms {numpy.sqrt((difference ** 2).mean()):.4f}   "
               f"max {difference.max():.1f}")
     tell("remesh to the nearest vertex of the input", carried - value[tree.query(q)[1]])
-    tell("remesh to the nearest point of the input", carried - on_surface(q, p, value, triangle, tree))
+    surface = on_surface(q, p, value, triangle, tree)
+    tell("remesh to the nearest point of the input", carried - surface)
     tell("input to the nearest vertex of the remesh", value - carried[cKDTree(q).query(p)[1]])
+    points, there = spread(len(q), p, value, triangle)
+    tell("control: input to its vertices, there", surface - value[tree.query(q)[1]])
+    tell("control: input to its vertices, evenly", there - value[tree.query(points)[1]])
 
 
 if __name__ == "__main__":

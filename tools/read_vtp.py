@@ -11,7 +11,8 @@ import struct
 import sys
 import xml.etree.ElementTree as ElementTree
 
-TYPES = {"Float32": "f", "Int32": "i", "Int64": "q", "UInt32": "I", "UInt8": "B"}
+TYPES = {"Float32": "f", "Float64": "d", "Int8": "b", "UInt8": "B", "Int16": "h", "UInt16": "H", "Int32": "i",
+         "UInt32": "I", "Int64": "q", "UInt64": "Q"}
 MARK = b'<AppendedData encoding="raw">\n_'
 END = b"\n</AppendedData>\n</VTKFile>\n"
 
@@ -26,8 +27,8 @@ def expect(true, what):
 
 
 def read_arrays(elements, data):
-    """Returns {name: tuple of numbers}, and {name: components}; checks that the arrays tile data."""
-    arrays, at = {}, 0
+    """Returns the numbers of each array; checks that the arrays tile data."""
+    arrays, at = [], 0
     for element in elements:
         expect(element.get("format") == "appended", "an array that is not appended")
         expect(int(element.get("offset")) == at, f"{element.get('Name')} at {element.get('offset')}, not {at}")
@@ -35,14 +36,14 @@ def read_arrays(elements, data):
         code = TYPES[element.get("type")]
         expect(size % struct.calcsize(code) == 0, f"{element.get('Name')}: {size} bytes")
         expect(at + 8 + size <= len(data), f"{element.get('Name')} is longer than the file")
-        arrays[element.get("Name")] = struct.unpack_from(f"<{size // struct.calcsize(code)}{code}", data, at + 8)
+        arrays.append(struct.unpack_from(f"<{size // struct.calcsize(code)}{code}", data, at + 8))
         at += 8 + size
     expect(at == len(data), f"{len(data) - at} bytes behind the last array")
     return arrays
 
 
 def read_vtp(path):
-    """Returns points, triangles, {name: values of cells}."""
+    """Returns points, triangles, {name: values of cells}, {name: values of points}; a value is a number or a tuple."""
     with open(path, "rb") as file:
         content = file.read()
     begin = content.find(MARK)
@@ -53,7 +54,9 @@ def read_vtp(path):
     pieces = root.findall("PolyData/Piece")
     expect(len(pieces) == 1, f"{len(pieces)} pieces")
     piece = pieces[0]
-    arrays = read_arrays(piece.iter("DataArray"), content[begin + len(MARK):-len(END)])
+    elements = list(piece.iter("DataArray"))
+    found = dict(zip(elements, read_arrays(elements, content[begin + len(MARK):-len(END)])))
+    arrays = {e.get("Name"): found[e] for part in ("Points", "Polys") for e in piece.findall(f"{part}/DataArray")}
     vertices, faces = int(piece.get("NumberOfPoints")), int(piece.get("NumberOfPolys"))
     for other in ("NumberOfVerts", "NumberOfLines", "NumberOfStrips"):
         expect(piece.get(other) == "0", other)
@@ -63,12 +66,21 @@ def read_vtp(path):
     expect(all(0 <= v < vertices for v in arrays["connectivity"]), "a corner out of range")
     points = list(zip(*[iter(arrays["Points"])] * 3))
     triangles = list(zip(*[iter(arrays["connectivity"])] * 3))
-    cells = {a.get("Name"): arrays[a.get("Name")] for a in piece.findall("CellData/DataArray")}
-    for name, values in cells.items():
-        expect(len(values) == faces, f"{len(values)} values of {name} for {faces} faces")
-    if "level" in cells:
+    cells = read_values(piece.findall("CellData/DataArray"), found, faces)
+    if "patch_id" in cells:
         check_numbering(cells, faces)
-    return points, triangles, cells
+    return points, triangles, cells, read_values(piece.findall("PointData/DataArray"), found, vertices)
+
+
+def read_values(elements, found, count):
+    """Returns {name: values} of so many points or cells."""
+    result = {}
+    for element in elements:
+        name, width, values = element.get("Name"), int(element.get("NumberOfComponents")), found[element]
+        expect(len(values) == width * count, f"{len(values)} numbers of {name} for {count}, {width} each")
+        expect(name not in result, f"{name} is there twice")
+        result[name] = values if width == 1 else tuple(zip(*[iter(values)] * width))
+    return result
 
 
 def check_numbering(cells, faces):
@@ -83,10 +95,11 @@ def check_numbering(cells, faces):
 def main():
     for path in sys.argv[1:]:
         try:
-            points, triangles, cells = read_vtp(path)
+            points, triangles, cells, of_points = read_vtp(path)
         except (BadFile, struct.error, KeyError, ElementTree.ParseError) as error:
             sys.exit(f"{path}: {error}")
-        print(f"{path}: {len(points)} points, {len(triangles)} triangles, of each: {', '.join(cells) or 'nothing'}")
+        print(f"{path}: {len(points)} points, of each: {', '.join(of_points) or 'nothing'}; "
+              f"{len(triangles)} triangles, of each: {', '.join(cells) or 'nothing'}")
 
 
 if __name__ == "__main__":

@@ -50,7 +50,9 @@ class GltfSketch {
   std::size_t accessor(const std::vector<T>& values, int component, const char* type) {
     std::string bytes;
     for (const T& value : values) append(bytes, value);
-    const std::size_t count = values.size() / (std::string_view(type) == "VEC3" ? 3 : 1);
+    const char last = std::string_view(type).back();
+    const std::size_t count =
+        values.size() / (last == 'R' ? 1 : static_cast<std::size_t>(last - '0'));
     json["accessors"].push_back({{"bufferView", view(bytes)},
                                  {"componentType", component},
                                  {"count", count},

@@ -108,10 +108,15 @@ TEST(CornerValues, TrustThemselvesWhereTheCentreForetellsNothing) {
   EXPECT_EQ(c.find()[1], (Uv{70, 80}));
 }
 
-TEST(CornerValues, AreZeroWhereTheInputHasNone) {
+TEST(CornerValues, AreThoseOfTheNextCornerWhereTheInputHasNone) {
   Case c = plane();
   c.sample[1].there = 0;
-  EXPECT_EQ(c.find(), (std::array{Uv{0, 0}, Uv{0, 0}, Uv{0, 3}}));
+  EXPECT_EQ(c.find(), (std::array{Uv{0, 0}, Uv{0, 3}, Uv{0, 3}}));
+  c.sample[2].there = 0;
+  c.put(0, {10, 11, 12}, {Uv{7, 8}, Uv{7, 8}, Uv{7, 8}});
+  EXPECT_EQ(c.find(), (std::array{Uv{7, 8}, Uv{7, 8}, Uv{7, 8}}));
+  c.sample[0].there = 0;
+  EXPECT_EQ(c.find(), (std::array{Uv{0, 0}, Uv{0, 0}, Uv{0, 0}}));
 }
 
 }  // namespace

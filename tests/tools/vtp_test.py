@@ -12,7 +12,9 @@ import tempfile
 
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "tools"))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 import read_vtp  # noqa: E402
+import textured_mesh  # noqa: E402
 
 LEVEL = 3
 
@@ -39,7 +41,7 @@ def read_off(path):
 
 
 def check_strictly(path, points, triangles, level):
-    found_points, found_triangles, cells = read_vtp.read_vtp(path)
+    found_points, found_triangles, cells, _ = read_vtp.read_vtp(path)
     expect(found_points == points, f"{path}: other points")
     expect(found_triangles == triangles, f"{path}: other triangles")
     expect(sorted(cells) == ["base_face", "level", "patch_id"], f"{path}: cell data {sorted(cells)}")
@@ -77,6 +79,34 @@ def check_with_vtk(make_reader, path, points, triangles, level):
                (f // 4**level, level, f % 4**level), f"{path}: data of cell {f}")
 
 
+def check_attributes(remaps, directory, make_reader):
+    """Everything that a mesh carries is in the file, and VTK finds it, if there is a reader."""
+    path = directory / "textured.vtp"
+    textured_mesh.write_textured_mesh(directory / "torus.ply")
+    run(remaps, "remesh", directory / "torus.ply", path, "--base-vertices", "40", "--level", "3", "--no-measure",
+        "--quiet")
+    points, triangles, cells, of_points = read_vtp.read_vtp(path)
+    expect(sorted(of_points) == ["colour", "height", "normal"], f"{path}: points have {sorted(of_points)}")
+    expect(sorted(cells) == ["base_face", "level", "part", "patch_id", "uv"], f"{path}: cells have {sorted(cells)}")
+    for point, colour, height in zip(points, of_points["colour"], of_points["height"]):
+        expect(max(abs(a - b) for a, b in zip(colour, textured_mesh.colour_of(point))) <= 2, f"{path}: colours")
+        expect(abs(height - point[2]) < 1e-5, f"{path}: height")
+    expect(set(cells["part"]) == set(range(5)), f"{path}: parts {set(cells['part'])}")
+    expect(all(max(uv[axis::2]) - min(uv[axis::2]) < 0.4 for uv in cells["uv"] for axis in (0, 1)), f"{path}: seams")
+    if make_reader is not None:
+        reader = make_reader()
+        reader.SetFileName(str(path))
+        reader.Update()
+        data, cell_data = reader.GetOutput().GetPointData(), reader.GetOutput().GetCellData()
+        expect(data.GetScalars().GetName() == "colour" and data.GetNormals().GetName() == "normal", "roles in VTK")
+        for v in range(len(points)):
+            expect(data.GetArray("colour").GetTuple(v) == of_points["colour"][v], f"{path}: colour {v} in VTK")
+            expect(data.GetArray("height").GetValue(v) == of_points["height"][v], f"{path}: height {v} in VTK")
+        for f in range(len(triangles)):
+            expect(cell_data.GetArray("uv").GetTuple(f) == cells["uv"][f], f"{path}: uv {f} in VTK")
+    print(f"{path.name}: attributes as they should be")
+
+
 def main():
     remaps, mesh, how = sys.argv[1:]
     if how == "vtk":
@@ -100,6 +130,7 @@ def main():
             else:
                 check_strictly(path, points, triangles, level)
             print(f"{path.name}: {len(points)} points and {len(triangles)} cells as they should be")
+        check_attributes(remaps, directory, vtkXMLPolyDataReader if how == "vtk" else None)
 
 
 if __name__ == "__main__":

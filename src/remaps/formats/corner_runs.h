@@ -17,7 +17,9 @@ class PolygonRun {
  public:
   /// @param cutter  may be null
   PolygonRun(ChunkEmitter<Triangle>& triangles, PolygonCutter* cutter)
-      : triangles_(triangles), cutter_(cutter), kept_(cutter == nullptr ? 0 : kMostCut) {}
+      : triangles_(triangles),
+        cutter_(cutter),
+        kept_(cutter == nullptr ? 0 : PolygonCutter::kMostCorners) {}
 
   void begin() { corners_ = 0; }
   void corner(VertexId v) {
@@ -33,15 +35,14 @@ class PolygonRun {
     if (corners_ == 3) {
       triangles_.push({kept_[0], kept_[1], kept_[2]});
     } else {
-      cutter_->cut(std::span(kept_).first(static_cast<std::size_t>(corners_)),
-                   [&](const Triangle& t) { triangles_.push(t); });
+      const auto corners = std::span(kept_).first(static_cast<std::size_t>(corners_));
+      for (const PolygonCorners& t : cutter_->cut(corners))
+        triangles_.push({kept_[t[0]], kept_[t[1]], kept_[t[2]]});
     }
   }
   std::uint64_t corners() const { return corners_; }
 
  private:
-  static constexpr std::size_t kMostCut = 1024;
-
   void fan_kept() {
     corners_ = 0;
     for (const VertexId v : kept_) fan(v);

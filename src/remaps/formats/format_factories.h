@@ -28,11 +28,13 @@ std::unique_ptr<IndexedMeshWriter> make_obj_writer(const std::filesystem::path& 
                                                    std::vector<AttributeSpec> attributes);
 
 std::unique_ptr<IndexedMeshWriter> make_off_writer(const std::filesystem::path& path,
-                                                   std::uint64_t vertices, std::uint64_t faces);
+                                                   std::uint64_t vertices, std::uint64_t faces,
+                                                   std::vector<AttributeSpec> attributes);
 std::unique_ptr<IndexedMeshWriter> make_stl_writer(const std::filesystem::path& path,
                                                    std::uint64_t vertices, std::uint64_t faces);
 std::unique_ptr<IndexedMeshWriter> make_glb_writer(const std::filesystem::path& path,
-                                                   std::uint64_t vertices, std::uint64_t faces);
+                                                   std::uint64_t vertices, std::uint64_t faces,
+                                                   const std::vector<AttributeSpec>& attributes);
 std::unique_ptr<IndexedMeshWriter> make_vtp_writer(const std::filesystem::path& path,
                                                    std::uint64_t vertices, std::uint64_t faces,
                                                    const MeshWriterOptions& options);

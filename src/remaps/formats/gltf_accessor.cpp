@@ -11,7 +11,6 @@ namespace remaps {
 namespace {
 
 constexpr std::size_t kMostElements = 8192;
-constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
 constexpr std::size_t kReplacements = 4096;
 
 GltfComponent component_of(const GltfValue& value) {
@@ -24,8 +23,8 @@ GltfComponent component_of(const GltfValue& value) {
 }
 
 /// Elements of a stride that a piece holds.
-std::size_t elements_in_piece(std::uint64_t stride) {
-  return std::clamp<std::size_t>(kPieceBytes / static_cast<std::size_t>(stride), 1, kMostElements);
+std::size_t elements_in_piece(std::size_t piece_bytes, std::uint64_t stride) {
+  return std::clamp<std::size_t>(piece_bytes / static_cast<std::size_t>(stride), 1, kMostElements);
 }
 
 /// Reads n elements of an array, gaps left out.
@@ -85,7 +84,7 @@ GltfAccessor GltfAccessorReader::read(const GltfValue& json, std::string_view ty
   accessor.place = json.place();
   const GltfValue found = json.require("type");
   if (found.text() != type) found.fail(fmt::format("expected {}, found {}", type, found.text()));
-  accessor.components = type == "SCALAR" ? 1 : 3;
+  accessor.components = type == "SCALAR" ? 1 : static_cast<std::size_t>(type.back() - '0');
   accessor.component = component_of(json.require("componentType"));
   const std::optional<GltfValue> normalized = json.find("normalized");
   accessor.normalized = normalized && normalized->flag();
@@ -184,13 +183,13 @@ std::size_t GltfAccessorReader::open(const GltfValue& buffer) {
 }
 
 GltfElements::GltfElements(const std::vector<GltfBuffer>& buffers, const GltfAccessor& accessor,
-                           const std::filesystem::path& file)
-    : buffers_(buffers), accessor_(accessor), file_(file) {}
+                           const std::filesystem::path& file, std::size_t piece_bytes)
+    : buffers_(buffers), accessor_(accessor), file_(file), piece_bytes_(piece_bytes) {}
 
 std::span<const char> GltfElements::next() {
   const std::uint64_t first = next_;
-  const auto n = static_cast<std::size_t>(
-      std::min<std::uint64_t>(elements_in_piece(accessor_.base.stride), accessor_.count - first));
+  const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(
+      elements_in_piece(piece_bytes_, accessor_.base.stride), accessor_.count - first));
   read_packed(buffers_, accessor_.base, first, n, accessor_.element_bytes(), raw_, packed_);
   next_ += n;
   if (accessor_.sparse) replace(packed_, first);

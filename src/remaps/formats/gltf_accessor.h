@@ -45,7 +45,7 @@ class GltfAccessorReader {
  public:
   explicit GltfAccessorReader(GltfFile& file) : file_(file) {}
 
-  /// @param type  "VEC3" or "SCALAR": others are refused
+  /// @param type  "SCALAR" or "VEC2" to "VEC4": others are refused
   /// @throws InputError  names the offending value and what was expected
   GltfAccessor read(const GltfValue& accessor, std::string_view type);
 
@@ -71,9 +71,12 @@ class GltfAccessorReader {
 /// One pass over an accessor.
 class GltfElements {
  public:
-  /// @param file  for messages
+  static constexpr std::size_t kPieceBytes = std::size_t{1} << 18;
+
+  /// @param file         for messages
+  /// @param piece_bytes  read at a time, gaps counted
   GltfElements(const std::vector<GltfBuffer>& buffers, const GltfAccessor& accessor,
-               const std::filesystem::path& file);
+               const std::filesystem::path& file, std::size_t piece_bytes = kPieceBytes);
 
   /// The next elements without gaps, some thousand; none at the end. Valid until the next call.
   /// @throws InputError  as GltfBuffer::read; replaced elements out of order or range
@@ -88,6 +91,7 @@ class GltfElements {
   const std::vector<GltfBuffer>& buffers_;
   const GltfAccessor& accessor_;
   const std::filesystem::path& file_;
+  std::size_t piece_bytes_;
   std::uint64_t next_ = 0;
   std::vector<char> raw_, packed_;
   // Replacements in memory, and how many were loaded.

@@ -1,8 +1,10 @@
 #include "remaps/formats/gltf_scene.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <initializer_list>
 #include <map>
 #include <utility>
 
@@ -189,18 +191,20 @@ class SceneBuilder {
     if (primitives->empty()) return;
     const auto transform_number = narrow<std::uint32_t>(scene_.transforms.size());
     scene_.transforms.push_back(transform);
-    std::map<std::size_t, VertexId> first_of;  // of accessors that this instance has already
+    // Of the vertices that this instance has already.
+    std::map<std::pair<std::size_t, GltfAttributes>, VertexId> first_of;
     for (const std::uint32_t p : *primitives) {
       if (scene_.draws.size() == kMostGltfDraws) {
         mesh.fail(fmt::format("expected at most {} primitives in the scene, instances counted",
                               kMostGltfDraws));
       }
       const GltfPrimitive& primitive = scene_.primitives[p];
-      const auto [first, fresh] = first_of.try_emplace(primitive.positions, scene_.vertices);
+      const auto [first, fresh] =
+          first_of.try_emplace({primitive.positions, primitive.attributes}, scene_.vertices);
       const GltfAccessor& positions = scene_.accessors[primitive.positions];
       if (fresh) {
         scene_.parts.push_back(
-            {narrow<std::uint32_t>(primitive.positions), transform_number, scene_.vertices});
+            {narrow<std::uint32_t>(primitive.positions), transform_number, p, scene_.vertices});
         scene_.vertices += positions.count;
       }
       scene_.draws.push_back({p, transform_number, first->second});
@@ -242,6 +246,8 @@ class SceneBuilder {
     }
     primitive.positions = accessor_number(accessor, "VEC3");
     check_positions(accessor, scene_.accessors[primitive.positions]);
+    primitive.attributes =
+        read_attributes(json.require("attributes"), scene_.accessors[primitive.positions].count);
     if (const auto indices = json.find("indices")) {
       const GltfValue index_accessor = indices->element(root_, "accessors");
       primitive.indices = accessor_number(index_accessor, "SCALAR");
@@ -252,6 +258,47 @@ class SceneBuilder {
       }
     }
     return primitive;
+  }
+
+  GltfAttributes read_attributes(const GltfValue& json, std::uint64_t vertices) {
+    GltfAttributes found;
+    const auto read = [&](const std::string& name, std::initializer_list<std::string_view> types) {
+      const auto reference = json.find(name);
+      return reference ? attribute_number(*reference, types, vertices) : GltfAttributes::kNone;
+    };
+    found.normal = read("NORMAL", {"VEC3"});
+    found.colour = read("COLOR_0", {"VEC3", "VEC4"});
+    for (std::size_t set = 0; set < GltfAttributes::kTextures; ++set) {
+      found.texture[set] = read(fmt::format("TEXCOORD_{}", set), {"VEC2"});
+    }
+    return found;
+  }
+
+  /// The accessor of an attribute; kNone for one of zeros, which says as much as none.
+  std::uint32_t attribute_number(const GltfValue& reference,
+                                 std::initializer_list<std::string_view> types,
+                                 std::uint64_t vertices) {
+    const GltfValue json = reference.element(root_, "accessors");
+    if (!json.find("bufferView") && !json.find("sparse")) return GltfAttributes::kNone;
+    const std::string type = json.require("type").text();
+    if (std::find(types.begin(), types.end(), type) == types.end()) {
+      json.require("type").fail(fmt::format("expected {} for {}, found {}",
+                                            fmt::join(types, " or "), reference.place(), type));
+    }
+    const std::size_t number = accessor_number(json, type);
+    const GltfAccessor& accessor = scene_.accessors[number];
+    if (accessor.component == GltfComponent::u32) {
+      json.require("componentType")
+          .fail(fmt::format("expected floats or integers of at most 16 bits for {}",
+                            reference.place()));
+    }
+    if (accessor.count != vertices) {
+      json.require("count").fail(
+          fmt::format("expected {}, as many as there are positions for {}, "
+                      "found {}",
+                      vertices, reference.place(), accessor.count));
+    }
+    return narrow<std::uint32_t>(number);
   }
 
   void check_positions(const GltfValue& json, const GltfAccessor& accessor) const {

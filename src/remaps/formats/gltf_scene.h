@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -36,9 +37,23 @@ inline Affine operator*(const Affine& a, const Affine& b) {
 
 enum class GltfMode { triangles = 4, strip = 5, fan = 6 };
 
+/// What the vertices of a primitive have beside positions: numbers of accessors.
+struct GltfAttributes {
+  static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+  /// Sets of texture coordinates that are read: TEXCOORD_0 to TEXCOORD_7.
+  static constexpr std::size_t kTextures = 8;
+
+  std::uint32_t normal = kNone, colour = kNone;
+  std::array<std::uint32_t, kTextures> texture{kNone, kNone, kNone, kNone,
+                                               kNone, kNone, kNone, kNone};
+
+  friend auto operator<=>(const GltfAttributes&, const GltfAttributes&) = default;
+};
+
 struct GltfPrimitive {
   std::string place;          ///< "meshes[0].primitives[1]", for messages
   std::size_t positions = 0;  ///< number of the accessor
+  GltfAttributes attributes;
   std::optional<std::size_t> indices;
   GltfMode mode = GltfMode::triangles;
 };
@@ -48,7 +63,8 @@ struct GltfPrimitive {
 struct GltfScene {
   struct Part {
     std::uint32_t accessor = 0, transform = 0;
-    VertexId first = 0;  ///< number of its first vertex in the mesh as a whole
+    std::uint32_t primitive = 0;  ///< one whose vertices these are: it has their attributes
+    VertexId first = 0;           ///< number of its first vertex in the mesh as a whole
   };
   struct Draw {
     std::uint32_t primitive = 0, transform = 0;

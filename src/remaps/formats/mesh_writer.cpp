@@ -33,29 +33,12 @@ std::unique_ptr<IndexedMeshWriter> open_mesh_writer(const std::filesystem::path&
   const std::string extension = lower_extension(path);
   if (extension == ".ply") return make_ply_writer(path, vertices, faces, options.attributes);
   if (extension == ".obj") return make_obj_writer(path, vertices, faces, options.attributes);
-  if (extension == ".off") return make_off_writer(path, vertices, faces);
+  if (extension == ".off") return make_off_writer(path, vertices, faces, options.attributes);
   if (extension == ".stl") return make_stl_writer(path, vertices, faces);
-  if (extension == ".glb") return make_glb_writer(path, vertices, faces);
+  if (extension == ".glb") return make_glb_writer(path, vertices, faces, options.attributes);
   if (extension == ".vtp") return make_vtp_writer(path, vertices, faces, options);
   throw InputError(fmt::format("{}: cannot write a mesh with extension '{}', supported are {}",
                                path.string(), extension, kWritableMeshes));
-}
-
-bool holds_attribute(const std::filesystem::path& path, const AttributeSpec& attribute) {
-  const std::string extension = lower_extension(path);
-  const bool corner = attribute.per == AttributePer::corner;
-  if (extension == ".ply") return !corner || attribute.kind == AttributeKind::uv;
-  if (extension != ".obj" || attribute.per == AttributePer::face) return false;
-  switch (attribute.kind) {
-    case AttributeKind::colour:
-      return !corner && attribute.components.size() >= 3;
-    case AttributeKind::normal:
-      return attribute.components.size() == 3;
-    case AttributeKind::uv:
-      return attribute.components.size() == 2;
-    default:
-      return false;
-  }
 }
 
 }  // namespace remaps

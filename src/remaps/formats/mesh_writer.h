@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -45,8 +46,9 @@ void check_mesh_size(const std::filesystem::path& path, std::uint64_t vertices,
 /// The writer throws Error on a use that would make a bad file: a count other than announced, an
 /// index out of range, a coordinate that is not finite as a float.
 ///
-/// Memory: 1 MiB of buffer, for STL 1 MiB more; positions of an STL wait on disk, 12 bytes each, in
-/// a file without a name.
+/// Memory: 1 MiB of buffer; for STL, and for GLB with texture coordinates of corners, 1 MiB more.
+/// What a format wants in another order than it comes waits on disk, in files without a name:
+/// positions of an STL, attributes of a VTP, vertices of such a GLB.
 ///
 /// @param vertices, faces  exactly as many as will be written
 /// @throws InputError  any other extension; the message lists the supported ones
@@ -56,9 +58,11 @@ std::unique_ptr<IndexedMeshWriter> open_mesh_writer(const std::filesystem::path&
                                                     std::uint64_t vertices, std::uint64_t faces,
                                                     const MeshWriterOptions& options = {});
 
-/// True when the format of that extension has a place for such an attribute: PLY for all but
-/// normals of corners, OBJ for colours and normals of vertices, texture coordinates and normals of
-/// corners.
-bool holds_attribute(const std::filesystem::path& path, const AttributeSpec& attribute);
+/// Which of these attributes the format of that extension has a place for: PLY and VTP for what
+/// vertices and faces have, and PLY for texture coordinates of corners, VTP for all that corners
+/// have; OBJ, OFF and GLB for a colour, a normal and texture coordinates (GLB for eight sets); STL
+/// for none. Where there are more of a kind than places, the first ones get them.
+std::vector<bool> held_attributes(const std::filesystem::path& path,
+                                  std::span<const AttributeSpec> specs);
 
 }  // namespace remaps

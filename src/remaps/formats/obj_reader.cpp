@@ -88,6 +88,56 @@ ObjCorner read_corner(TextScanner& scanner) {
   return corner;
 }
 
+/// Turns the corners of a polygon, with what they use, into triangles as PolygonRun does.
+class PolygonUses {
+ public:
+  PolygonUses(std::vector<PoolUse>& to, PolygonCutter* cutter)
+      : to_(to), most_(cutter == nullptr ? 2 : PolygonCutter::kMostCorners), cutter_(cutter) {}
+
+  void begin() {
+    kept_.clear();
+    corners_ = 0;
+  }
+  void corner(const PoolUse& use) {
+    ++corners_;
+    if (corners_ <= most_) {
+      kept_.push_back(use);
+      return;
+    }
+    // Too many to be cut: a fan after all, which needs the first and the last.
+    fan_kept();
+    to_.insert(to_.end(), {kept_[0], kept_[1], use});
+    kept_[1] = use;
+  }
+  void end() {
+    if (corners_ > most_ || kept_.size() < 3) return;
+    if (kept_.size() == 3) {
+      to_.insert(to_.end(), kept_.begin(), kept_.end());
+      return;
+    }
+    vertices_.clear();
+    for (const PoolUse& use : kept_) vertices_.push_back(use.vertex);
+    for (const PolygonCorners& t : cutter_->cut(vertices_)) {
+      for (const std::uint32_t i : t) to_.push_back(kept_[i]);
+    }
+  }
+
+ private:
+  void fan_kept() {
+    for (std::size_t i = 2; i < kept_.size(); ++i) {
+      to_.insert(to_.end(), {kept_[0], kept_[i - 1], kept_[i]});
+    }
+    if (kept_.size() > 2) kept_ = {kept_.front(), kept_.back()};
+  }
+
+  std::vector<PoolUse>& to_;
+  std::uint64_t most_;
+  PolygonCutter* cutter_;
+  std::vector<PoolUse> kept_;
+  std::uint64_t corners_ = 0;
+  std::vector<VertexId> vertices_;
+};
+
 class ObjReader final : public IndexedMeshReader {
  public:
   explicit ObjReader(ByteSource source) : source_(std::move(source)) {}
@@ -159,8 +209,11 @@ class ObjReader final : public IndexedMeshReader {
       colour.fill(0);
       std::size_t number = 0;
       while (number < 3 + colours_ && lines.next_value()) {
-        const double value = lines.scanner().real();
-        if (number >= 3) colour[number - 3] = value;
+        if (number < 3) {
+          lines.scanner().coordinate();
+        } else {
+          colour[number - 3] = lines.scanner().real();
+        }
         ++number;
       }
       rows.push(std::span(colour).first(colours_));
@@ -199,29 +252,27 @@ class ObjReader final : public IndexedMeshReader {
     ObjLines lines = go_to({});
     begin_pass();
     std::vector<PoolUse> uses;
+    PolygonUses triangles(uses, cutter_);
     std::uint64_t vertices = 0, values = 0;
     for (; !lines.at_end(); lines.end_line()) {
       const ObjLines::Kind kind = lines.begin_line();
       vertices += kind == ObjLines::Kind::vertex;
       values += kind == (normal ? ObjLines::Kind::normal : ObjLines::Kind::texture);
       if (kind != ObjLines::Kind::face) continue;
-      // A fan, as read_face makes it.
-      std::array<PoolUse, 3> fan;
-      for (std::size_t corners = 0; lines.next_value(); ++corners) {
+      triangles.begin();
+      while (lines.next_value()) {
         const ObjCorner corner = read_corner(lines.scanner());
         const std::int64_t index = corner.pool[normal ? 1 : 0];
-        fan[std::min<std::size_t>(corners, 2)] = {
-            numbered(lines.scanner(), corner.vertex, *vertices_, vertices, "a vertex"),
-            index == 0 ? PoolUse::kNone
-                       : numbered(lines.scanner(), index, pool.values, values,
-                                  normal ? "a normal" : "a texture coordinate")};
-        if (corners < 2) continue;
-        uses.insert(uses.end(), fan.begin(), fan.end());
-        fan[1] = fan[2];
-        if (uses.size() < kUses) continue;
-        sink(uses);
-        uses.clear();
+        triangles.corner(
+            {numbered(lines.scanner(), corner.vertex, *vertices_, vertices, "a vertex"),
+             index == 0 ? PoolUse::kNone
+                        : numbered(lines.scanner(), index, pool.values, values,
+                                   normal ? "a normal" : "a texture coordinate")});
       }
+      triangles.end();
+      if (uses.size() < kUses) continue;
+      sink(uses);
+      uses.clear();
     }
     if (!uses.empty()) sink(uses);
   }

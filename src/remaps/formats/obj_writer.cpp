@@ -1,14 +1,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "remaps/formats/attribute_field.h"
 #include "remaps/formats/counted_writer.h"
 #include "remaps/formats/format_factories.h"
 
@@ -18,46 +17,13 @@ namespace {
 /// Room for a line: a keyword, twelve numbers of at most 20 characters with a separator each.
 constexpr std::size_t kLongestLine = 320;
 
-/// Where an attribute is in a row, and what its values are to be multiplied with.
-class ObjValues {
- public:
-  ObjValues(const AttributeSpec& spec, std::size_t at) : at_(at) {
-    for (const AttributeComponent& c : spec.components) type_.push_back(c.type);
-    if (spec.kind == AttributeKind::colour) scale_ = 1 / largest(type_[0]);
-  }
-
-  /// Reads the first values of the attribute.
-  template <std::size_t kCount>
-  std::array<float, kCount> read(std::span<const std::byte> row) const {
-    std::array<float, kCount> values{};
-    std::size_t at = at_;
-    for (std::size_t i = 0; i < kCount; ++i) {
-      const double value = scale_ * load_scalar(type_[i], row.data() + at);
-      values[i] = std::isfinite(value) ? static_cast<float>(value) : 0.0F;
-      at += size_of(type_[i]);
-    }
-    return values;
-  }
-
- private:
-  /// What full colour is: 255 of a byte, 1 of a float.
-  static double largest(ScalarType type) {
-    switch (type) {
-      case ScalarType::uint8:
-        return std::numeric_limits<std::uint8_t>::max();
-      case ScalarType::uint16:
-        return std::numeric_limits<std::uint16_t>::max();
-      case ScalarType::uint32:
-        return std::numeric_limits<std::uint32_t>::max();
-      default:
-        return 1;
-    }
-  }
-
-  std::size_t at_;
-  std::vector<ScalarType> type_;
-  double scale_ = 1;
-};
+/// The first values of an attribute.
+template <std::size_t kCount>
+std::array<float, kCount> first_of(const AttributeField& field, std::span<const std::byte> row) {
+  std::array<float, kCount> values{};
+  field.read(row, values);
+  return values;
+}
 
 /// Colours of vertices stand behind their positions, normals and texture coordinates on lines of
 /// their own: one for each vertex, or three before each face.
@@ -76,14 +42,9 @@ class ObjWriter final : public CountedWriter {
   }
 
  private:
-  std::optional<ObjValues> find(AttributeKind kind, AttributePer per, std::size_t least) const {
-    std::size_t at = 0;
-    for (const AttributeSpec& spec : attributes()) {
-      if (spec.per != per) continue;
-      if (spec.kind == kind && spec.components.size() >= least) return ObjValues(spec, at);
-      at += row_bytes(spec);
-    }
-    return std::nullopt;
+  std::optional<AttributeField> find(AttributeKind kind, AttributePer per,
+                                     std::size_t least) const {
+    return find_field(attributes(), per, kind, least, ~std::size_t{0});
   }
 
   void put_positions(std::span<const Vec3> positions) override {
@@ -99,13 +60,13 @@ class ObjWriter final : public CountedWriter {
       const Vec3f p = to_float(positions[i]);
       const auto row = rows.subspan(i * width, width);
       if (colour_) {
-        const auto c = colour_->read<3>(row);
+        const auto c = first_of<3>(*colour_, row);
         put_line("v", std::array{p.x, p.y, p.z, c[0], c[1], c[2]});
       } else {
         put_line("v", std::array{p.x, p.y, p.z});
       }
-      if (normal_) put_line("vn", normal_->read<3>(row));
-      if (texture_) put_line("vt", texture_->read<2>(row));
+      if (normal_) put_line("vn", first_of<3>(*normal_, row));
+      if (texture_) put_line("vt", first_of<2>(*texture_, row));
     }
   }
 
@@ -119,8 +80,8 @@ class ObjWriter final : public CountedWriter {
     for (std::size_t i = 0; i < triangles.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const auto row = corner_rows.subspan((3 * i + k) * width, width);
-        if (corner_normal_) put_line("vn", corner_normal_->read<3>(row));
-        if (corner_texture_) put_line("vt", corner_texture_->read<2>(row));
+        if (corner_normal_) put_line("vn", first_of<3>(*corner_normal_, row));
+        if (corner_texture_) put_line("vt", first_of<2>(*corner_texture_, row));
       }
       put_face(triangles[i]);
       corners_ += 3;
@@ -161,8 +122,8 @@ class ObjWriter final : public CountedWriter {
     sink().advance(static_cast<std::size_t>(to - first));
   }
 
-  std::optional<ObjValues> colour_, normal_, texture_;  // of vertices
-  std::optional<ObjValues> corner_normal_, corner_texture_;
+  std::optional<AttributeField> colour_, normal_, texture_;  // of vertices
+  std::optional<AttributeField> corner_normal_, corner_texture_;
   std::uint64_t corners_ = 0;  // written
 };
 

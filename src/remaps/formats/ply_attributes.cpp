@@ -179,11 +179,18 @@ std::vector<Step> plan_steps(const PlyElement& element, const std::vector<Attrib
 template <class Cursor>
 class RecordReader {
  public:
-  RecordReader(Cursor& cursor, const std::vector<Step>& steps, std::size_t channels)
-      : cursor_(cursor), steps_(steps), values_(channels) {}
+  /// @param kept_corners  lists of so many corners or fewer are kept
+  RecordReader(Cursor& cursor, const std::vector<Step>& steps, std::size_t channels,
+               std::uint64_t vertices, std::size_t kept_corners)
+      : cursor_(cursor),
+        steps_(steps),
+        values_(channels),
+        vertices_(vertices),
+        kept_corners_(kept_corners) {}
 
   void read() {
     corners_ = 0;
+    polygon_.clear();
     texture_.clear();
     for (const Step& step : steps_) {
       switch (step.kind) {
@@ -196,6 +203,9 @@ class RecordReader {
         case Step::Kind::texture:
           read_texture(step);
           break;
+        case Step::Kind::corners:
+          read_corners(step);
+          break;
         default:
           skip_list(step);
           break;
@@ -205,6 +215,8 @@ class RecordReader {
 
   std::span<const double> values() const { return values_; }
   std::uint64_t corners() const { return corners_; }
+  /// The vertices of a polygon of more than three corners, if it was kept.
+  std::span<const VertexId> polygon() const { return polygon_; }
   /// Of a corner of the polygon; zero if the list is too short.
   std::array<double, 2> texture(std::uint64_t corner) const {
     if (2 * corner + 1 >= texture_.size()) return {0, 0};
@@ -217,7 +229,20 @@ class RecordReader {
     const std::uint64_t n = cursor_.integer(step.count_type);
     cursor_.expect_list(n, step.type);
     cursor_.skip(n * Cursor::size_in_file(step.type));
-    if (step.kind == Step::Kind::corners) corners_ = n;
+  }
+  void read_corners(const Step& step) {
+    corners_ = cursor_.integer(step.count_type);
+    cursor_.expect_list(corners_, step.type);
+    if (corners_ <= 3 || corners_ > kept_corners_) {
+      cursor_.skip(corners_ * Cursor::size_in_file(step.type));
+      return;
+    }
+    for (std::uint64_t i = 0; i < corners_; ++i) {
+      polygon_.push_back(cursor_.integer(step.type));
+      if (polygon_.back() >= vertices_) {
+        cursor_.fail(step.type, fmt::format("expected a vertex index below {}", vertices_));
+      }
+    }
   }
   void read_texture(const Step& step) {
     const std::uint64_t n = cursor_.integer(step.count_type);
@@ -235,15 +260,23 @@ class RecordReader {
   Cursor& cursor_;
   const std::vector<Step>& steps_;
   std::vector<double> values_;
+  std::uint64_t vertices_;
+  std::size_t kept_corners_;
   std::uint64_t corners_ = 0;
+  std::vector<VertexId> polygon_;
   std::vector<double> texture_;
 };
 
-/// Calls f with the corners of each triangle of a polygon, as numbers in the polygon: the triangles
-/// that read_triangles makes of it.
+/// Calls f with the corners of each triangle of a polygon, as places in the polygon: the triangles
+/// that read_triangles makes of it, if it was kept where there is a cutter.
 template <class F>
-void for_each_triangle(std::uint64_t corners, F f) {
-  for (std::uint64_t last = 2; last < corners; ++last) f(Triangle{0, last - 1, last});
+void for_each_triangle(std::uint64_t corners, std::span<const VertexId> polygon,
+                       PolygonCutter* cutter, F f) {
+  if (polygon.empty()) {
+    for (std::uint64_t last = 2; last < corners; ++last) f(Triangle{0, last - 1, last});
+    return;
+  }
+  for (const PolygonCorners& t : cutter->cut(polygon)) f(Triangle{t[0], t[1], t[2]});
 }
 
 }  // namespace
@@ -274,10 +307,13 @@ std::vector<AttributeSpec> find_ply_attributes(const PlyHeader& header) {
 
 template <class Cursor>
 void read_ply_rows(Cursor& cursor, const PlyElement& element, AttributePer per,
-                   const std::vector<AttributeSpec>& specs, AttributeSink sink) {
+                   const std::vector<AttributeSpec>& specs, const PlyPolygonCuts& cuts,
+                   AttributeSink sink) {
   const std::vector<Step> steps = plan_steps(element, specs, per);
   const std::size_t width = channels(specs, per);
-  RecordReader<Cursor> record(cursor, steps, width);
+  const bool cut = per == AttributePer::corner && cuts.cutter != nullptr;
+  RecordReader<Cursor> record(cursor, steps, width, cuts.vertices,
+                              cut ? PolygonCutter::kMostCorners : 0);
   RowEmitter rows(width, sink);
   for (std::uint64_t i = 0; i < element.count; ++i) {
     cursor.place = {&element, i};
@@ -286,7 +322,7 @@ void read_ply_rows(Cursor& cursor, const PlyElement& element, AttributePer per,
       rows.push(record.values());
       continue;
     }
-    for_each_triangle(record.corners(), [&](const Triangle& t) {
+    for_each_triangle(record.corners(), record.polygon(), cuts.cutter, [&](const Triangle& t) {
       if (per == AttributePer::face) {
         rows.push(record.values());
       } else {
@@ -298,8 +334,10 @@ void read_ply_rows(Cursor& cursor, const PlyElement& element, AttributePer per,
 }
 
 template void read_ply_rows(PlyBinaryCursor&, const PlyElement&, AttributePer,
-                            const std::vector<AttributeSpec>&, AttributeSink);
+                            const std::vector<AttributeSpec>&, const PlyPolygonCuts&,
+                            AttributeSink);
 template void read_ply_rows(PlyTextCursor&, const PlyElement&, AttributePer,
-                            const std::vector<AttributeSpec>&, AttributeSink);
+                            const std::vector<AttributeSpec>&, const PlyPolygonCuts&,
+                            AttributeSink);
 
 }  // namespace remaps

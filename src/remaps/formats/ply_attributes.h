@@ -5,6 +5,7 @@
 
 #include "remaps/formats/ply_header.h"
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/polygon_cutter.h"
 
 namespace remaps {
 
@@ -15,11 +16,19 @@ namespace remaps {
 /// Faces have none when triangles come from other elements too.
 std::vector<AttributeSpec> find_ply_attributes(const PlyHeader& header);
 
+/// What cuts the polygons of a file, if anything does, and the number of its vertices.
+struct PlyPolygonCuts {
+  PolygonCutter* cutter = nullptr;
+  std::uint64_t vertices = 0;
+};
+
 /// Sends the rows of 'vertex', of 'face', or of the corners of 'face', whose first record the
 /// cursor stands before. For Cursor see ply_cursor.h.
 /// @param specs  those of the element, as find_ply_attributes gives them
+/// @param cuts   how polygons were cut when triangles were read
 template <class Cursor>
 void read_ply_rows(Cursor& cursor, const PlyElement& element, AttributePer per,
-                   const std::vector<AttributeSpec>& specs, AttributeSink sink);
+                   const std::vector<AttributeSpec>& specs, const PlyPolygonCuts& cuts,
+                   AttributeSink sink);
 
 }  // namespace remaps

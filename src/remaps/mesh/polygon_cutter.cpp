@@ -1,5 +1,6 @@
 #include "remaps/mesh/polygon_cutter.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace remaps {
@@ -137,12 +138,18 @@ std::span<const PolygonCorners> PolygonTriangulation::cut(std::span<const Vec3> 
   return triangle_;
 }
 
-void PolygonCutter::cut(std::span<const VertexId> corners,
-                        FunctionRef<void(const Triangle&)> sink) {
+std::span<const PolygonCorners> PolygonCutter::cut(std::span<const VertexId> corners) {
   position_.clear();
   for (const VertexId v : corners) position_.push_back(position(v));
-  for (const PolygonCorners& t : triangulation_.cut(position_))
-    sink({corners[t[0]], corners[t[1]], corners[t[2]]});
+  const auto wild = std::find_if(position_.begin(), position_.end(), [](const Vec3& p) {
+    return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z);
+  });
+  if (wild == position_.end()) return triangulation_.cut(position_);
+  const auto n = static_cast<std::uint32_t>(corners.size());
+  const auto apex = static_cast<std::uint32_t>(wild - position_.begin());
+  fan_.clear();
+  for (std::uint32_t i = 2; i < n; ++i) fan_.push_back({apex, (apex + i - 1) % n, (apex + i) % n});
+  return fan_;
 }
 
 }  // namespace remaps

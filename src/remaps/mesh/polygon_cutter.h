@@ -50,9 +50,13 @@ class PolygonTriangulation {
 /// corners are. See IndexedMeshReader::set_polygon_cutter.
 class PolygonCutter {
  public:
+  /// Polygons of more corners are not for it: they become fans.
+  static constexpr std::size_t kMostCorners = 1024;
+
   virtual ~PolygonCutter() = default;
-  /// Sends the triangles of a polygon.
-  void cut(std::span<const VertexId> corners, FunctionRef<void(const Triangle&)> sink);
+  /// The triangles of a polygon, as places in it; a fan from a corner that is not finite, so that
+  /// all of them go when it is dropped. Valid until the next call.
+  std::span<const PolygonCorners> cut(std::span<const VertexId> corners);
 
  protected:
   virtual Vec3 position(VertexId v) = 0;
@@ -60,6 +64,7 @@ class PolygonCutter {
  private:
   std::vector<Vec3> position_;
   PolygonTriangulation triangulation_;
+  std::vector<PolygonCorners> fan_;
 };
 
 }  // namespace remaps

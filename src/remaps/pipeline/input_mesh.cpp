@@ -18,6 +18,7 @@ InputMesh open_input_mesh(const std::filesystem::path& path, const InputMeshOpti
       *reader, {options.weld_distance.value_or(0), options.directory, options.memory_bytes}, budget,
       progress);
   const std::uint64_t count = welded->welded_vertices();
+  welded->carry_attributes(std::move(reader));
   return {std::move(welded), count};
 }
 

@@ -77,7 +77,7 @@ class QualityMeter {
 void measure_output(const Bundle& bundle, const OutputJob& job, IndexedMeshReader& reader,
                     const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
                     Report& report) {
-  VertexSpool spool(job.temp_dir / "output-vertices");
+  VertexSpool spool(job.temp_dir / "output-vertices", budget);
   spool.fill(reader, nullptr, [](double) {});
   VertexLookup lookup(spool, nullptr, plan.cache_bytes, budget);
   const TriangleSource output =
@@ -99,6 +99,7 @@ void measure_output(const Bundle& bundle, const OutputJob& job, IndexedMeshReade
   options.threads = job.threads;
   options.memory_bytes = std::max<std::uint64_t>(plan.budget_bytes / 2, 8 << 20);
   options.progress = &progress;
+  options.original_name = bundle.manifest().input_name;
   report.error = measure_surface_error(
       TilePieces(bundle.tiles()), StreamedPieces(metered_output, options.memory_bytes), options);
   report.quality = meter.result();
@@ -126,11 +127,12 @@ std::vector<AttributeSpec> choose_attributes(const Bundle& bundle, const OutputJ
   const std::vector<AttributeSpec> chosen =
       job.attributes.choose(bundle.manifest().attributes.specs, bundle.manifest().input_name);
   report.attributes.clear();
-  for (const AttributeSpec& spec : chosen) {
-    const bool holds = holds_attribute(job.output, spec);
+  const std::vector<bool> holds = held_attributes(job.output, chosen);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    const AttributeSpec& spec = chosen[i];
     report.attributes.push_back(
-        {spec.name, std::string(name_of(spec.kind)), std::string(name_of(spec.per)), holds});
-    if (holds) held.push_back(spec);
+        {spec.name, std::string(name_of(spec.kind)), std::string(name_of(spec.per)), holds[i]});
+    if (holds[i]) held.push_back(spec);
   }
   return held;
 }

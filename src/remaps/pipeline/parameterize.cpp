@@ -17,6 +17,7 @@
 #include "remaps/pipeline/map_file.h"
 #include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/run_plan.h"
+#include "remaps/pipeline/vertex_spool.h"
 #include "remaps/simplify/sweep.h"
 
 namespace remaps::pipeline {
@@ -87,6 +88,7 @@ class Parameterizer {
     ingested_ = ingest(*input.reader, job_.input.string(), plan_, job_.temp_dir, job_.threads,
                        budget_, progress_);
     store_input_attributes(*input.reader);
+    ingested_.positions.reset();
     report_.bytes_read += input.reader->bytes_read_total();
     report_.input_path = job_.input.string();
     report_.input_vertices = ingested_.vertices;
@@ -112,9 +114,14 @@ class Parameterizer {
     repairs.degenerate_faces = ingested_.degenerate_faces;
     if (!job_.strict) return;
     if (repairs.nonfinite_vertices > 0) {
-      throw GeometryError(fmt::format("{}: coordinates of {} vertices are not finite; {}",
-                                      job_.input.string(), repairs.nonfinite_vertices,
-                                      kWithoutStrict));
+      const std::string face = repairs.nonfinite_faces == 0
+                                   ? "in no face"
+                                   : fmt::format("face {} has one", ingested_.first_nonfinite_face);
+      throw GeometryError(
+          fmt::format("{}: {} vertices are not finite, vertex {} first, {} (from "
+                      "0); {}",
+                      job_.input.string(), repairs.nonfinite_vertices,
+                      ingested_.first_nonfinite.front(), face, kWithoutStrict));
     }
     if (repairs.degenerate_faces > 0) {
       throw GeometryError(
@@ -168,6 +175,11 @@ class Parameterizer {
     if (layout.specs.empty()) return;
     progress_.plan({expect_attributes(ingested_.vertices)});
     progress_.begin("attributes");
+    std::optional<PolygonCutting> cutting;  // corners are asked for triangle by triangle
+    const bool corners = std::any_of(
+        layout.specs.begin(), layout.specs.end(),
+        [](const AttributeSpec& s) { return s.per == AttributePer::corner || s.pooled; });
+    if (corners) cutting.emplace(reader, *ingested_.positions, plan_.cache_bytes / 4, budget_);
     store_attributes(reader, layout, job_.bundle / kAttributesName, job_.temp_dir, plan_, budget_,
                      progress_);
     for (AttributeSpec& spec : layout.specs) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "remaps/base/errors.h"
+#include "remaps/pipeline/weld_attributes.h"
 #include "remaps/pipeline/weld_faces.h"
 #include "remaps/pipeline/weld_match.h"
 
@@ -212,15 +213,52 @@ class WeldedFiles final : public WeldedMesh {
     if (!std::is_same_v<Point, Vec3f>) return std::nullopt;
     return PositionArray{positions_.path(), 0};
   }
+  void carry_attributes(std::unique_ptr<IndexedMeshReader> source) override {
+    // Faces that shared no vertices have no attributes to carry.
+    if (!numbers_) return;
+    source_ = std::move(source);
+    attributes_.emplace(*source_, *numbers_, *corners_);
+  }
+  std::vector<AttributeSpec> attributes() override {
+    return attributes_ ? attributes_->attributes() : std::vector<AttributeSpec>{};
+  }
+  void read_attributes(AttributePer per, AttributeSink sink) override {
+    with_source([&] { attributes_->read_attributes(per, followed(sink)); });
+  }
+  void read_pool(std::size_t number, AttributeSink sink) override {
+    with_source([&] { attributes_->read_pool(number, followed(sink)); });
+  }
+  void read_pool_uses(std::size_t number, PoolUseSink sink) override {
+    with_source([&] { attributes_->read_pool_uses(number, followed(sink)); });
+  }
+
   double pass_fraction() const override { return fraction_; }
   std::uint64_t bytes_total() const override { return bytes_total_; }
   std::uint64_t bytes_read() const override {
     return static_cast<std::uint64_t>(fraction_ * double(bytes_total_));
   }
-  std::uint64_t bytes_read_total() const override { return bytes_read_total_; }
+  std::uint64_t bytes_read_total() const override {
+    return source_ ? source_->bytes_read_total() : bytes_read_total_;
+  }
   std::uint64_t welded_vertices() const override { return vertices_ - positions_.size(); }
 
  private:
+  /// Polygons are cut as they were when the corners were numbered.
+  template <class Pass>
+  void with_source(Pass pass) {
+    if (!attributes_) return;
+    const WeldedPolygons<Point> polygons(*source_, *numbers_, positions_);
+    pass();
+  }
+  /// Passes chunks on, and notes how far the source is.
+  template <class Sink>
+  auto followed(Sink sink) {
+    return [this, sink](const auto& chunk) {
+      fraction_ = source_->pass_fraction();
+      sink(chunk);
+    };
+  }
+
   template <class Matcher>
   void weld(IndexedMeshReader& mesh, Matcher& matcher, const WeldScratch& scratch,
             Progress& progress) {
@@ -228,16 +266,16 @@ class WeldedFiles final : public WeldedMesh {
       for (const Vec3& p : chunk) matcher.add(vertices_++, to_point<Point>(p));
       progress.advance(kMatch * mesh.pass_fraction());
     });
-    auto numbers = std::make_unique<NumberFile>(scratch.directory / "weld-numbers", vertices_);
-    number(matcher, *numbers, scratch, progress);
+    numbers_ = std::make_unique<NumberFile>(scratch.directory / "weld-numbers", vertices_);
+    number(matcher, *numbers_, scratch, progress);
     if (mesh.vertex_sharing() == VertexSharing::none) {
-      corners_ = std::move(numbers);
+      corners_ = std::move(numbers_);
       return;
     }
     const ProgressPart part(&progress, kFaces, 1);
     corners_ = std::make_unique<NumberFile>(scratch.directory / "welded-corners", vertices_);
-    const WeldedPolygons<Point> polygons(mesh, *numbers, positions_);
-    renumber_corners(mesh, *numbers, scratch, progress, *corners_);
+    const WeldedPolygons<Point> polygons(mesh, *numbers_, positions_);
+    renumber_corners(mesh, *numbers_, scratch, progress, *corners_);
   }
 
   template <class Matcher>
@@ -255,8 +293,11 @@ class WeldedFiles final : public WeldedMesh {
   }
 
   TemporaryArray positions_;
+  std::unique_ptr<NumberFile> numbers_;  // of the vertices before; none if they are the corners
   std::unique_ptr<NumberFile> corners_;  // three a face
-  std::uint64_t vertices_ = 0;           // before welding
+  std::unique_ptr<IndexedMeshReader> source_;
+  std::optional<WeldedAttributes> attributes_;
+  std::uint64_t vertices_ = 0;  // before welding
   double fraction_ = 0;
   std::uint64_t bytes_total_ = 0;
   std::uint64_t bytes_read_total_ = 0;

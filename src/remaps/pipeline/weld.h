@@ -27,12 +27,17 @@ class WeldedMesh : public IndexedMeshReader {
  public:
   /// Vertices that are no more.
   virtual std::uint64_t welded_vertices() const = 0;
+  /// From now on this mesh has the attributes of the one that was welded (weld_attributes.h), which
+  /// it reads again for them.
+  /// @param source  that one
+  virtual void carry_attributes(std::unique_ptr<IndexedMeshReader> source) = 0;
 };
 
 /// Welds the vertices of a mesh of any size, out of core. The result is in temporary files that
 /// live as long as it; `mesh` is read here, once for positions and, unless its faces share no
-/// vertices, once for triangles, and is not needed afterwards. Its files take 12 bytes a vertex (24
-/// where the input is not of floats) and 12 a face, while they are made some 60 a corner more.
+/// vertices, once for triangles, and is needed afterwards for attributes only. The files take 12
+/// bytes a vertex (24 where the input is not of floats), 12 a face and 4 a vertex before welding
+/// (8 and 24 where numbers are beyond 2^32), while they are made some 60 a corner more.
 ///
 /// Cost: two or three bucket sorts of the vertices. Deterministic; the result does not depend on
 /// the memory. One thread.

@@ -102,6 +102,16 @@ void CornerValues::find(std::span<const FaceSample> sample, std::span<const std:
   const bool all =
       std::all_of(sample.begin(), sample.end(), [](const FaceSample& s) { return s.there != 0; });
   if (all) mend_seams(sample, rows.subspan(kCentre * face, face));
+  // A corner in a hole that was filled has nothing of its own: the texture of the rim goes on.
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (sample[i].there != 0) continue;
+    const std::size_t next = (i + 1) % 3, last = (i + 2) % 3;
+    if (sample[next].there != 0) {
+      value_[i] = value_[next];
+    } else if (sample[last].there != 0) {
+      value_[i] = value_[last];
+    }
+  }
   for (std::size_t i = 0; i < 3; ++i) {
     mixer_.finish(value_[i], out.subspan(i * row_bytes(), row_bytes()));
   }

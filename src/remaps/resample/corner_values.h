@@ -37,7 +37,8 @@ class CornerValues {
   std::size_t row_bytes() const { return mixer_.row_bytes(); }
   /// The same with the vertex before it.
   std::size_t input_row_bytes() const { return sizeof(VertexId) + row_bytes(); }
-  /// @param sample  (4) by slot; a corner that is not there has zeros
+  /// @param sample  (4) by slot; a corner that is not there has what the next one of the face has
+  ///                that is there, zeros if none is
   /// @param rows    (4 x 3 input rows) of the corners of the input faces that the points lie in, in
   ///                any order
   /// @param out     (3 rows)
