@@ -110,6 +110,19 @@ TEST_F(CodecCommands, MaxBytesIsObeyed) {
   EXPECT_FALSE(std::filesystem::exists(directory() / "b"));
 }
 
+TEST_F(CodecCommands, MaxBytesIsObeyedWithColoursToo) {
+  std::filesystem::copy_file(std::filesystem::path(REMAPS_TEST_DATA) / "golden-v1-open.ply",
+                             directory() / "coloured.ply");
+  const Json info = json_of({"encode", "coloured.ply", "a", "--no-measure"});
+  const std::uint64_t least = info.at("least_bytes"), all = info.at("bytes");
+  for (std::uint64_t most = least; most < all + 20; most += most < least + 60 ? 7 : 61) {
+    run_well(
+        {"encode", "coloured.ply", "a", "--no-measure", "-q", "--max-bytes", std::to_string(most)});
+    EXPECT_LE(size_of("a"), most);
+    run_well({"decode", "a", "out.ply", "-q"});
+  }
+}
+
 TEST_F(CodecCommands, TargetPsnrIsReached) {
   const Json whole = json_of({"info", "in.remapsa"}).at("rate_distortion").back();
   const double target = whole.at("psnr").get<double>() - 6;
