@@ -11,6 +11,8 @@ void run_target(std::string_view name, Input input) {
     fuzz_sections(input);
   } else if (name == "bundle") {
     fuzz_bundle(input);
+  } else if (name == "archive") {
+    fuzz_archive(input);
   } else {
     fuzz_mesh(input, name);
   }

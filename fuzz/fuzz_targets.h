@@ -23,8 +23,8 @@ inline void expect(bool holds, std::string_view law) {
   if (!holds) throw LawBroken(std::string(law));
 }
 
-/// Feeds an input to one target: "sections", "bundle", or else a mesh reader, named by the
-/// extension of a file (`ply`). Returns when the input was read, or refused as it should be.
+/// Feeds an input to one target: "sections", "bundle", "archive", or else a mesh reader, named by
+/// the extension of a file (`ply`). Returns when the input was read, or refused as it should be.
 /// @throws LawBroken, or whatever came out of the library that should not have
 void run_target(std::string_view name, Input input);
 
@@ -48,6 +48,14 @@ void fuzz_sections(Input input);
 /// Laws: opening, locating and verifying succeed or refuse (CorruptionError, InputError,
 /// GeometryError, BudgetError); what verify calls sound, locate can follow.
 void fuzz_bundle(Input input);
+
+/// An archive of the codec, as it is and with all checksums put right.
+///
+/// Laws: parsed or refused (InputError, CorruptionError); decoding a prefix succeeds or is refused
+/// (CorruptionError, BudgetError); if all of it can be decoded, so can every part, to one base; a
+/// file that ends decodes as that prefix; what was decoded is coded again and decoded to the same
+/// base.
+void fuzz_archive(Input input);
 
 /// A directory in memory where the system has one, removed at the end of the process.
 const std::filesystem::path& scratch_directory();

@@ -35,7 +35,8 @@ void replay(const std::filesystem::path& directory) {
 TEST(FuzzCorpus, EveryMeshIsReadOrRefusedByTheLaws) {
   for (const auto& directory : corpus(REMAPS_FUZZ_CORPUS)) {
     const std::string name = directory.filename().string();
-    if (std::filesystem::is_directory(directory) && name != "sections" && name != "bundle") {
+    if (std::filesystem::is_directory(directory) && name != "sections" && name != "bundle" &&
+        name != "archive") {
       replay(directory);
     }
   }
@@ -47,6 +48,10 @@ TEST(FuzzCorpus, EverySectionIsReadOrRefusedByTheLaws) {
 
 TEST(FuzzCorpus, EveryBundleIsReadOrRefusedByTheLaws) {
   replay(std::filesystem::path(REMAPS_FUZZ_CORPUS) / "bundle");
+}
+
+TEST(FuzzCorpus, EveryArchiveIsDecodedOrRefusedByTheLaws) {
+  replay(std::filesystem::path(REMAPS_FUZZ_CORPUS) / "archive");
 }
 
 /// Cut and changed at many places, the corpus keeps the laws too: a little fuzzing in every build.

@@ -117,6 +117,7 @@ class GivenMesh {
     for (std::uint32_t f = 0; f < faces.size(); ++f) {
       for (std::uint32_t k = 0; k < 3; ++k) {
         const auto [a, b] = std::pair(faces[f][k], faces[f][Side::next_corner(k)]);
+        if (a >= vertices) throw GeometryError("a base face has a corner that is not there");
         if (!side_of_.emplace(edge_key(a, b), Side(f, k)).second) {
           throw GeometryError("two base faces have the same side");
         }
@@ -276,6 +277,8 @@ class BaseCoder {
       // Unsigned: a hostile code may overflow.
       p[k] = static_cast<std::int32_t>(static_cast<std::uint32_t>(guess[k]) +
                                        static_cast<std::uint32_t>(difference_.code(coder_, step)));
+      // Before more is made of nothing.
+      if (coder_.ended()) throw GeometryError("the code of the base mesh ends too early");
       if (p[k] < -kFarthest || p[k] > kFarthest) {
         throw GeometryError("the code of the base mesh has a vertex outside its grid");
       }

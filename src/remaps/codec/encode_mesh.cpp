@@ -16,6 +16,8 @@ constexpr std::uint64_t kEncoderBytesPerVertex = 110;
 /// The largest detail counts as at least this part of the diagonal, so that flat surfaces do not
 /// get steps of nothing.
 constexpr double kLeastDetail = 0x1p-8;
+/// Below it, steps would have no bits any more.
+constexpr double kLeastLargest = 0x1p-900;
 /// Steps are a few a factor of 2, and the grid hangs on the coordinates and not on the box: so a
 /// decoded mesh is coded as it was.
 constexpr double kStepsPerOctave = 4;
@@ -28,11 +30,8 @@ bool is_finite(const Vec3& p) {
 }
 
 void check_values(const SemiRegularMesh& mesh, const SubdivisionHierarchy& hierarchy) {
+  check_counts(mesh, hierarchy);
   const auto check = [&](const std::vector<Vec3>& values) {
-    if (values.size() != hierarchy.vertices()) {
-      throw GeometryError(fmt::format("{} values for the {} vertices of the base at level {}",
-                                      values.size(), hierarchy.vertices(), mesh.levels));
-    }
     if (!std::all_of(values.begin(), values.end(), is_finite)) {
       throw GeometryError("a position or attribute of the mesh is not finite");
     }
@@ -53,6 +52,10 @@ ArchiveHeader choose_header(const SubdivisionHierarchy& hierarchy, const EncodeO
   q.planes = static_cast<std::uint8_t>(options.bitplanes);
   if (!(diagonal > 0)) diagonal = 1;
   const double largest = std::max(largest_detail(hierarchy, q, details), kLeastDetail * diagonal);
+  if (!std::isfinite(diagonal) || !std::isfinite(largest) || largest < kLeastLargest) {
+    throw GeometryError(fmt::format("positions of a size of {:g} are outside of what can be coded",
+                                    std::max(diagonal, largest)));
+  }
   const double steps = std::ceil(kStepsPerOctave * std::log2(largest)) / kStepsPerOctave;
   q.step = std::exp2(steps - options.bitplanes);
   const double shift = std::floor(std::log2(diagonal / (kGridCells * q.step)));

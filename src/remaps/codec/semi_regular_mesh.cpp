@@ -1,8 +1,11 @@
 #include "remaps/codec/semi_regular_mesh.h"
 
+#include <fmt/format.h>
+
 #include <span>
 #include <utility>
 
+#include "remaps/base/errors.h"
 #include "remaps/codec/base_code.h"
 
 namespace remaps::codec {
@@ -64,6 +67,16 @@ class Reordering {
 
 }  // namespace
 
+void check_counts(const SemiRegularMesh& mesh, const SubdivisionHierarchy& hierarchy) {
+  const auto check = [&](std::size_t values) {
+    if (values == hierarchy.vertices()) return;
+    throw GeometryError(fmt::format("{} values for the {} vertices of the base at level {}", values,
+                                    hierarchy.vertices(), mesh.levels));
+  };
+  check(mesh.position.size());
+  for (const Signal& signal : mesh.signals) check(signal.value.size());
+}
+
 SemiRegularMesh in_coding_order(SemiRegularMesh mesh, MemoryBudget& budget) {
   const BaseOrder order = order_base(mesh.base_vertices, mesh.base);
   const Reordering reordering(order, mesh.levels);
@@ -71,6 +84,7 @@ SemiRegularMesh in_coding_order(SemiRegularMesh mesh, MemoryBudget& budget) {
   std::vector<Face> base = reordering.base(mesh.base);
   const SubdivisionHierarchy from(mesh.base_vertices, mesh.base, mesh.levels, budget);
   const SubdivisionHierarchy to(mesh.base_vertices, base, mesh.levels, budget);
+  check_counts(mesh, from);
   mesh.position = reordering.values(from, to, mesh.position);
   for (Signal& signal : mesh.signals) signal.value = reordering.values(from, to, signal.value);
   mesh.base = std::move(base);

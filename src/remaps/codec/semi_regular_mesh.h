@@ -30,8 +30,12 @@ struct SemiRegularMesh {
   std::vector<Signal> signals;
 };
 
+/// Checks that each vertex has one position and one value of each signal.
+/// @throws GeometryError
+void check_counts(const SemiRegularMesh& mesh, const SubdivisionHierarchy& hierarchy);
+
 /// The mesh with its base in the order in which it is coded (order_base).
-/// @throws GeometryError  the base is not an oriented manifold
+/// @throws GeometryError  the base is not an oriented manifold, or values are missing
 SemiRegularMesh in_coding_order(SemiRegularMesh mesh, MemoryBudget& budget);
 
 }  // namespace remaps::codec

@@ -98,10 +98,12 @@ Shares share_out(const codec::Archive& archive, const EncodeOptions& options) {
   }
   // A table that would take much of the room is left out.
   const std::uint64_t table = codec::rate_table_bytes(shares.points);
-  if (kTableShare * table > room) shares.points = 0;
+  if (kTableShare * table > room || room - table < archive.least_bytes()) shares.points = 0;
   room -= codec::rate_table_bytes(shares.points);
   shares.signals = std::min(shares.signals, room / kSignalShare);
-  shares.geometry = std::min(shares.geometry, room - shares.signals);
+  // The base stays, whatever the share of the attributes.
+  shares.geometry =
+      std::max(std::min(shares.geometry, room - shares.signals), archive.least_bytes());
   // What the geometry does not need goes to the signals.
   shares.signals = std::min<std::uint64_t>(header.signal_bytes, room - shares.geometry);
   return shares;
