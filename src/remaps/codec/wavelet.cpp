@@ -1,6 +1,7 @@
 #include "remaps/codec/wavelet.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -180,11 +181,20 @@ void WaveletTransform::update_loop(const SubdivisionLevel& level, std::span<Vec3
                                    double sign) const {
   constexpr double kMiddle = 0.5 * (kLeastEigenvalue + kMostEigenvalue);
   constexpr double kHalf = kMostEigenvalue - kMiddle;
-  std::vector<Vec3> fit = local_fit(level, x), even(level.vertices), residual(level.vertices),
-                    step(level.vertices);
+  std::vector<Stencil> stencils;
+  stencils.reserve(level.edges());
+  for (const Side side : level.side) {
+    const Side twin = level.twin_of(side);
+    stencils.push_back({level.from(side), level.to(side),
+                        twin.none() ? kNoIndex : level.opposite(side),
+                        twin.none() ? kNoIndex : level.opposite(twin)});
+  }
+  const std::span<const Vec3> details = x.subspan(level.vertices, level.edges());
+  std::vector<Vec3> fit = local_fit(stencils, details, level.vertices), even(level.vertices),
+                    residual(level.vertices), step(level.vertices);
   double rho = 0;
   for (unsigned i = 0; i < kFitSteps; ++i) {
-    fit_residual(level, x, fit, even, residual);
+    fit_residual(stencils, details, fit, even, residual);
     const double next = i == 0 ? kHalf / kMiddle : 1 / (2 * kMiddle / kHalf - rho);
     const double size = (i == 0 ? 1 : 2) * next / kHalf;
     for (std::uint32_t v = 0; v < level.vertices; ++v) {
@@ -196,16 +206,18 @@ void WaveletTransform::update_loop(const SubdivisionLevel& level, std::span<Vec3
   for (std::uint32_t v = 0; v < level.vertices; ++v) x[v] = x[v] + sign * fit[v];
 }
 
-std::vector<Vec3> WaveletTransform::local_fit(const SubdivisionLevel& level,
-                                              std::span<const Vec3> x) const {
-  std::vector<Vec3> fit(level.vertices);
-  for (std::uint32_t e = 0; e < level.edges(); ++e) {
-    const Vec3& detail = x[level.vertices + e];
-    for_ends(level, e, [&](std::uint32_t v) { fit[v] = fit[v] + rule(v).update * detail; });
-    const Side side = level.side[e], twin = level.twin_of(side);
-    if (twin.none()) continue;
-    for (const std::uint32_t v : {level.opposite(side), level.opposite(twin)}) {
-      if (!hierarchy_.on_boundary(v)) fit[v] = fit[v] + kOppositeUpdate * rule(v).update * detail;
+std::vector<Vec3> WaveletTransform::local_fit(std::span<const Stencil> stencils,
+                                              std::span<const Vec3> details,
+                                              std::uint32_t vertices) const {
+  std::vector<Vec3> fit(vertices);
+  for (std::size_t e = 0; e < stencils.size(); ++e) {
+    const Stencil& s = stencils[e];
+    for (const std::uint32_t v : {s.a, s.b}) {
+      if (takes(s, v)) fit[v] = fit[v] + rule(v).update * details[e];
+    }
+    if (!s.inner()) continue;
+    for (const std::uint32_t v : {s.c, s.d}) {
+      if (takes(s, v)) fit[v] = fit[v] + kOppositeUpdate * rule(v).update * details[e];
     }
   }
   return fit;
@@ -214,24 +226,39 @@ std::vector<Vec3> WaveletTransform::local_fit(const SubdivisionLevel& level,
 /// What the normal equations of the fit lack: the transpose of subdivision, applied to what the
 /// details make less the subdivision of the fit. On the boundary those of its curve.
 /// @param even  scratch
-void WaveletTransform::fit_residual(const SubdivisionLevel& level, std::span<const Vec3> x,
-                                    std::span<const Vec3> fit, std::span<Vec3> even,
-                                    std::span<Vec3> residual) const {
-  for (std::uint32_t v = 0; v < level.vertices; ++v) even[v] = -rule(v).keep * fit[v];
-  for (std::uint32_t e = 0; e < level.edges(); ++e) {
-    const Vec3 odd = x[level.vertices + e] - predict(level, e, fit);
-    for_ends(level, e, [&](std::uint32_t v) { even[v] = even[v] + rule(v).share * odd; });
+void WaveletTransform::fit_residual(std::span<const Stencil> stencils,
+                                    std::span<const Vec3> details, std::span<const Vec3> fit,
+                                    std::span<Vec3> even, std::span<Vec3> residual) const {
+  const auto missing = [&](std::size_t e) {
+    const Stencil& s = stencils[e];
+    if (!s.inner()) return details[e] - 0.5 * (fit[s.a] + fit[s.b]);
+    return details[e] - 0.375 * (fit[s.a] + fit[s.b]) - 0.125 * (fit[s.c] + fit[s.d]);
+  };
+  for (std::size_t v = 0; v < fit.size(); ++v) {
+    even[v] = -rule(static_cast<std::uint32_t>(v)).keep * fit[v];
   }
-  for (std::uint32_t v = 0; v < level.vertices; ++v) residual[v] = rule(v).keep * even[v];
-  for (std::uint32_t e = 0; e < level.edges(); ++e) {
-    Vec3 odd = x[level.vertices + e] - predict(level, e, fit);
-    for_ends(level, e, [&](std::uint32_t v) { odd = odd + rule(v).share * even[v]; });
-    const Side side = level.side[e], twin = level.twin_of(side);
-    const double ends = twin.none() ? 0.5 : 0.375;
-    for_ends(level, e, [&](std::uint32_t v) { residual[v] = residual[v] + ends * odd; });
-    if (twin.none()) continue;
-    for (const std::uint32_t v : {level.opposite(side), level.opposite(twin)}) {
-      if (!hierarchy_.on_boundary(v)) residual[v] = residual[v] + 0.125 * odd;
+  for (std::size_t e = 0; e < stencils.size(); ++e) {
+    const Stencil& s = stencils[e];
+    const Vec3 odd = missing(e);
+    for (const std::uint32_t v : {s.a, s.b}) {
+      if (takes(s, v)) even[v] = even[v] + rule(v).share * odd;
+    }
+  }
+  for (std::size_t v = 0; v < fit.size(); ++v) {
+    residual[v] = rule(static_cast<std::uint32_t>(v)).keep * even[v];
+  }
+  for (std::size_t e = 0; e < stencils.size(); ++e) {
+    const Stencil& s = stencils[e];
+    Vec3 odd = missing(e);
+    for (const std::uint32_t v : {s.a, s.b}) {
+      if (takes(s, v)) odd = odd + rule(v).share * even[v];
+    }
+    for (const std::uint32_t v : {s.a, s.b}) {
+      if (takes(s, v)) residual[v] = residual[v] + (s.inner() ? 0.375 : 0.5) * odd;
+    }
+    if (!s.inner()) continue;
+    for (const std::uint32_t v : {s.c, s.d}) {
+      if (takes(s, v)) residual[v] = residual[v] + 0.125 * odd;
     }
   }
 }
@@ -269,24 +296,30 @@ void WaveletTransform::mix(const SubdivisionLevel& level, std::span<Vec3> x) con
 /// is the incidence of edges and vertices and B the diagonal of weights. So the means follow from
 /// those of the details, (kOwn + B A^T A) m = B A^T d, where the diagonal prevails.
 void WaveletTransform::unmix(const SubdivisionLevel& level, std::span<Vec3> x) const {
+  std::vector<std::array<std::uint32_t, 2>> pairs;  // vertices that share in an edge
+  pairs.reserve(level.edges());
+  for (std::uint32_t e = 0; e < level.edges(); ++e) {
+    std::array<std::uint32_t, 2> ends{};
+    std::size_t count = 0;
+    for_ends(level, e, [&](std::uint32_t v) { ends[count++] = v; });
+    if (count == 2) pairs.push_back(ends);
+  }
   std::vector<Vec3> right = means(level, x);
   for (std::uint32_t v = 0; v < level.vertices; ++v) right[v] = rule(v).solve * right[v];
-  std::vector<Vec3> now = right, next(level.vertices);
+  std::vector<Vec3> now = right, last(level.vertices), about(level.vertices);
   double omega = 2;
   for (unsigned i = 0; i < kSteps; ++i) {
     omega = 1 / (1 - 0.25 * kSpectralRadius * kSpectralRadius * omega);
-    // From the last but one in `next`, by `now`.
+    std::fill(about.begin(), about.end(), Vec3{});
+    for (const auto& [v, w] : pairs) {
+      about[v] = about[v] + now[w];
+      about[w] = about[w] + now[v];
+    }
     for (std::uint32_t v = 0; v < level.vertices; ++v) {
-      next[v] = (1 - omega) * next[v] + omega * right[v];
+      const Vec3 jacobi = right[v] - rule(v).solve * rule(v).mean * about[v];
+      last[v] = (1 - omega) * last[v] + omega * jacobi;
     }
-    for (std::uint32_t e = 0; e < level.edges(); ++e) {
-      for_ends(level, e, [&](std::uint32_t v) {
-        const std::uint32_t w = level.from(level.side[e]) + level.to(level.side[e]) - v;
-        if (hierarchy_.on_boundary(w) != hierarchy_.on_boundary(v)) return;
-        next[v] = next[v] - omega * rule(v).solve * rule(v).mean * now[w];
-      });
-    }
-    std::swap(now, next);
+    std::swap(now, last);
   }
   for (std::uint32_t e = 0; e < level.edges(); ++e) {
     Vec3& c = x[level.vertices + e];

@@ -29,7 +29,7 @@ enum class Wavelet : std::uint8_t {
 /// where many extraordinary vertices meet, and details are sums of coefficients so that these are
 /// nearly orthogonal. The boundary's coefficients depend on it alone.
 ///
-/// Loop's takes 24 bytes a vertex of the finest level on the way, the others nothing.
+/// Loop's takes 36 bytes a vertex of the finest level on the way, the others nothing.
 class WaveletTransform {
  public:
   WaveletTransform(const SubdivisionHierarchy& hierarchy, Wavelet kind);
@@ -51,7 +51,17 @@ class WaveletTransform {
     std::uint32_t ring = 0;      // where those are in ring_weight_
   };
 
+  struct Stencil {
+    std::uint32_t a, b, c, d;  // ends of an edge, and what is opposite to it if it is inner
+
+    bool inner() const { return c != kNoIndex; }
+  };
+
   const VertexRule& rule(std::uint32_t vertex) const;
+  /// The boundary's curve is by itself.
+  bool takes(const Stencil& stencil, std::uint32_t v) const {
+    return !stencil.inner() || !hierarchy_.on_boundary(v);
+  }
   Vec3 predict(const SubdivisionLevel& level, std::uint32_t edge, std::span<const Vec3> x) const;
   Vec3 butterfly(const SubdivisionLevel& level, Side side, std::span<const Vec3> x) const;
   Vec3 butterfly_ring(const SubdivisionLevel& level, Side side, std::span<const Vec3> x) const;
@@ -60,8 +70,9 @@ class WaveletTransform {
   void for_ends(const SubdivisionLevel& level, std::uint32_t edge, Visit&& visit) const;
   void update(const SubdivisionLevel& level, std::span<Vec3> x, double sign) const;
   void update_loop(const SubdivisionLevel& level, std::span<Vec3> x, double sign) const;
-  std::vector<Vec3> local_fit(const SubdivisionLevel& level, std::span<const Vec3> x) const;
-  void fit_residual(const SubdivisionLevel& level, std::span<const Vec3> x,
+  std::vector<Vec3> local_fit(std::span<const Stencil> stencils, std::span<const Vec3> details,
+                              std::uint32_t vertices) const;
+  void fit_residual(std::span<const Stencil> stencils, std::span<const Vec3> details,
                     std::span<const Vec3> fit, std::span<Vec3> even,
                     std::span<Vec3> residual) const;
   std::vector<Vec3> means(const SubdivisionLevel& level, std::span<const Vec3> x) const;
