@@ -25,7 +25,11 @@ enum class Wavelet : std::uint8_t {
 /// scaling functions.
 /// Loop: Loop's scheme with his weights as a prediction of edges and a scaled smoothing of
 /// vertices, as in Bertram (Biorthogonal Loop-Subdivision Wavelets, Computing 72, 2004); boundaries
-/// are cubic splines.
+/// are cubic splines. Differs: the update nearly is the least-squares fit of the coarse mesh, also
+/// where many extraordinary vertices meet, and details are sums of coefficients so that these are
+/// nearly orthogonal. The boundary's coefficients depend on it alone.
+///
+/// Loop's takes 36 bytes a vertex of the finest level on the way, the others nothing.
 class WaveletTransform {
  public:
   WaveletTransform(const SubdivisionHierarchy& hierarchy, Wavelet kind);
@@ -42,16 +46,38 @@ class WaveletTransform {
   struct VertexRule {
     double keep = 1, share = 0;  // of a vertex and of each new one about it: Loop's smoothing
     double update = 0;           // of a detail on a neighbouring edge
+    double mean = 0, solve = 0;  // of Loop's coefficients about a vertex; to undo that
     bool extraordinary = false;  // Butterfly takes the ring's weights
     std::uint32_t ring = 0;      // where those are in ring_weight_
   };
 
+  struct Stencil {
+    std::uint32_t a, b, c, d;  // ends of an edge, and what is opposite to it if it is inner
+
+    bool inner() const { return c != kNoIndex; }
+  };
+
   const VertexRule& rule(std::uint32_t vertex) const;
+  /// The boundary's curve is by itself.
+  bool takes(const Stencil& stencil, std::uint32_t v) const {
+    return !stencil.inner() || !hierarchy_.on_boundary(v);
+  }
   Vec3 predict(const SubdivisionLevel& level, std::uint32_t edge, std::span<const Vec3> x) const;
   Vec3 butterfly(const SubdivisionLevel& level, Side side, std::span<const Vec3> x) const;
   Vec3 butterfly_ring(const SubdivisionLevel& level, Side side, std::span<const Vec3> x) const;
   Vec3 boundary_butterfly(const SubdivisionLevel& level, Side side, std::span<const Vec3> x) const;
+  template <class Visit>
+  void for_ends(const SubdivisionLevel& level, std::uint32_t edge, Visit&& visit) const;
   void update(const SubdivisionLevel& level, std::span<Vec3> x, double sign) const;
+  void update_loop(const SubdivisionLevel& level, std::span<Vec3> x, double sign) const;
+  std::vector<Vec3> local_fit(std::span<const Stencil> stencils, std::span<const Vec3> details,
+                              std::uint32_t vertices) const;
+  void fit_residual(std::span<const Stencil> stencils, std::span<const Vec3> details,
+                    std::span<const Vec3> fit, std::span<Vec3> even,
+                    std::span<Vec3> residual) const;
+  std::vector<Vec3> means(const SubdivisionLevel& level, std::span<const Vec3> x) const;
+  void mix(const SubdivisionLevel& level, std::span<Vec3> x) const;
+  void unmix(const SubdivisionLevel& level, std::span<Vec3> x) const;
   void add_shares(const SubdivisionLevel& level, std::span<Vec3> x, double sign) const;
 
   const SubdivisionHierarchy& hierarchy_;
