@@ -10,6 +10,7 @@
 #include "options.h"
 #include "progress_bar.h"
 #include "remaps/pipeline/check.h"
+#include "remaps/pipeline/repair_counts.h"
 #include "standard_output.h"
 
 namespace remaps::cli {
@@ -63,11 +64,9 @@ std::string to_json(const MeshCheck& c, const std::filesystem::path& path) {
     json["one_sided_at"] = c.one_sided;
     return json.dump(2) + "\n";
   }
-  json["repairs"] = {{"welded_vertices", c.repairs.welded_vertices},
-                     {"unreferenced_vertices", c.repairs.unreferenced_vertices},
-                     {"nonfinite_faces", c.repairs.nonfinite_faces},
-                     {"flipped_faces", c.repairs.flipped_faces},
-                     {"split_vertices", c.repairs.split_vertices}};
+  for (const auto& [name, count] : pipeline::repair_counts(c.repairs)) {
+    if (!json["defects"].contains(name)) json["repairs"][name] = count;
+  }
   json["topology"] = {{"vertices", c.topology.vertices},
                       {"faces", c.topology.faces},
                       {"components", c.topology.components},

@@ -158,7 +158,7 @@ void add_codec_commands(CLI::App& program, Action& action) {
           "--max-bytes they get a third")
       ->type_name("LIST");
   add_small(encode_verb, "--attribute-bitplanes", o.attribute_bitplanes, 30,
-            "Bits of attributes: 8 is all that a colour of 8 bits has");
+            "Bits of attributes: each one more halves their error and nearly doubles their bytes");
   encode_verb.add_flag("--no-measure", e->no_measure,
                        "Leave the rate-distortion table out, which takes most of the time");
   add_samples(encode_verb, o.samples);

@@ -160,6 +160,11 @@ std::string to_table(const Json& manifest, const std::filesystem::path& path) {
     text += fmt::format("features  edges sharper than {:g} degrees\n",
                         manifest.at("feature_angle_deg").get<double>());
   }
+  if (manifest.contains("feature_labels")) {
+    text +=
+        fmt::format("features  edges between faces of different {}\n",
+                    fmt::join(manifest.at("feature_labels").get<std::vector<std::string>>(), ", "));
+  }
   std::string segments;
   for (const Json& level : manifest.at("levels")) {
     if (!segments.empty()) segments += ", ";

@@ -215,6 +215,21 @@ void add_samples(CLI::App& verb, std::uint64_t& samples) {
             "Sample points on each surface when errors are measured");
 }
 
+void add_feature_labels(CLI::App& verb, FaceLabelChoice& labels) {
+  add_parsed(verb, "--feature-labels", labels, "LIST",
+             "Keep edges between faces that differ in a label as edges of the base: all, none, or "
+             "names separated by commas: group, object, material of OBJ, primitive, material of "
+             "glTF, integers of faces in PLY by their names",
+             [](const std::string& text) {
+               try {
+                 return FaceLabelChoice(text);
+               } catch (const InputError& error) {
+                 throw UsageError(error.what());
+               }
+             })
+      ->default_str("none");
+}
+
 void add_attributes(CLI::App& verb, AttributeChoice& attributes, const std::string& what) {
   add_parsed(verb, "--attributes", attributes, "LIST",
              fmt::format("Attributes to carry {}: all, none, or names separated by commas, as "

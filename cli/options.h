@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/face_labels.h"
 
 namespace remaps::cli {
 
@@ -59,6 +60,7 @@ void add_resources(CLI::App& verb, std::uint64_t& memory_bytes, unsigned& thread
 void add_samples(CLI::App& verb, std::uint64_t& samples);
 /// --attributes; `what` says of what.
 void add_attributes(CLI::App& verb, AttributeChoice& attributes, const std::string& what);
+void add_feature_labels(CLI::App& verb, FaceLabelChoice& labels);
 void add_quiet(CLI::App& verb, bool& quiet);
 void add_json(CLI::App& verb, bool& json);
 

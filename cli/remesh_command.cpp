@@ -114,6 +114,7 @@ void add_base_options(CLI::App& verb, pipeline::RemeshOptions& o) {
   add_angle(verb, "--feature-angle", o.feature_angle_deg,
             "Keep edges whose faces' normals differ by more than this as edges of the base. "
             "Default: none are kept");
+  add_feature_labels(verb, o.feature_labels);
 }
 
 void add_repair_options(CLI::App& verb, pipeline::RemeshOptions& o) {

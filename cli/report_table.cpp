@@ -53,8 +53,12 @@ std::string repair_text(const pipeline::Repairs& r) {
 }
 
 std::string features_text(const Report::Features& f) {
-  std::string text =
-      fmt::format("{} sharper than {:g} degrees", counted(f.edges, "edge"), f.angle_deg);
+  std::string text = counted(f.edges, "edge");
+  if (f.angle_deg > 0) text += fmt::format(" sharper than {:g} degrees", f.angle_deg);
+  if (!f.labels.empty()) {
+    text += fmt::format("{} between faces of different {}", f.angle_deg > 0 ? " or" : "",
+                        fmt::join(f.labels, ", "));
+  }
   if (f.dropped_edges != 0)
     text += fmt::format(", {} too short to keep", with_commas(f.dropped_edges));
   return text + fmt::format("; on the base {}, {}", counted(f.base_edges, "edge"),

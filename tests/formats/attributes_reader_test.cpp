@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <string>
 #include <vector>
@@ -235,6 +236,51 @@ TEST_F(AttributesReader, OffHasWhatItsKeywordAnnounces) {
 }
 
 /// What is written comes back.
+/// The labels of the faces as small numbers, in the order in which they come up.
+List labels_of(const std::filesystem::path& path, const std::vector<std::string>& names) {
+  const auto reader = open_mesh_reader(path);
+  std::vector<FaceLabel> known;
+  List result;
+  reader->read_face_labels(names, [&](std::span<const FaceLabel> labels) {
+    for (const FaceLabel label : labels) {
+      EXPECT_NE(label, kNoLabel);
+      const auto at = std::find(known.begin(), known.end(), label);
+      result.push_back(double(at - known.begin()));
+      if (at == known.end()) known.push_back(label);
+    }
+  });
+  return result;
+}
+
+TEST_F(AttributesReader, ObjLabelsFacesWithObjectsGroupsAndMaterials) {
+  const auto path = make_file("a.obj",
+                              "o one\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\ngroup no\ns 1\nf 1 2 3\n"
+                              "g a\\\n b\nusemtl C:\\red\nf 1// 2// 3// 4//\ng a b # the same\n"
+                              "usemtl blue\nf 1 2 \\\n3\ng\nusemtl C:\\red\nf 3 4 1\n");
+  EXPECT_EQ(open_mesh_reader(path)->face_labels(),
+            (std::vector<std::string>{"object", "group", "material"}));
+  EXPECT_EQ(labels_of(path, {"object"}), (List{0, 0, 0, 0, 0}));
+  EXPECT_EQ(labels_of(path, {"group"}), (List{0, 1, 1, 1, 0}));
+  EXPECT_EQ(labels_of(path, {"material"}), (List{0, 1, 1, 2, 1}));
+  EXPECT_EQ(labels_of(path, {"group", "material"}), (List{0, 1, 1, 2, 3}));
+  EXPECT_TRUE(open_mesh_reader(make_file("b.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"))
+                  ->face_labels()
+                  .empty());
+}
+
+TEST_F(AttributesReader, PlyLabelsFacesWithIntegersAndColours) {
+  const auto path =
+      make_file("a.ply",
+                "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
+                "property float z\nelement face 3\nproperty list uchar int vertex_indices\n"
+                "property int part\nproperty float area\nproperty uchar red\n"
+                "property uchar green\nproperty uchar blue\nend_header\n0 0 0\n1 0 0\n0 1 0\n"
+                "3 0 1 2 -5 1 9 9 9\n3 0 1 2 -5 2 9 9 8\n3 0 1 2 0 2 9 9 8\n");
+  EXPECT_EQ(open_mesh_reader(path)->face_labels(), (std::vector<std::string>{"part", "colour"}));
+  EXPECT_EQ(labels_of(path, {"part"}), (List{0, 0, 1}));
+  EXPECT_EQ(labels_of(path, {"colour"}), (List{0, 1, 1}));
+}
+
 TEST_F(AttributesReader, ReadsWhatTheWriterOfPlyWrote) {
   std::vector<AttributeSpec> specs;
   for (const AttributePer per : {AttributePer::vertex, AttributePer::face}) {

@@ -72,6 +72,28 @@ TEST_F(GltfReader, MakesTrianglesOfStripsFansAndPlainRuns) {
   EXPECT_EQ(read(turning).triangles, (std::vector<Triangle>{{0, 1, 2}, {4, 3, 0}}));
 }
 
+TEST_F(GltfReader, LabelsFacesWithPrimitivesAndMaterials) {
+  GltfSketch sketch = square_sketch();
+  sketch.primitive(0, sketch.indices({0, 1, 2}))["material"] = 0;
+  sketch.primitive(0, sketch.indices({0, 1, 2}))["material"] = 0;
+  const auto reader = open_mesh_reader(make_file("a.glb", sketch.glb()));
+  const std::vector<std::string> names{"primitive", "material"};
+  ASSERT_EQ(reader->face_labels(), names);
+  const auto read = [&](std::size_t name) {
+    std::vector<FaceLabel> labels;
+    reader->read_face_labels(std::span(names).subspan(name, 1),
+                             [&](std::span<const FaceLabel> part) {
+                               labels.insert(labels.end(), part.begin(), part.end());
+                             });
+    EXPECT_EQ(labels.size(), 4u);
+    EXPECT_EQ(labels[0], labels[1]);
+    EXPECT_NE(labels[1], labels[2]);
+    return labels;
+  };
+  EXPECT_NE(read(0)[2], read(0)[3]);
+  EXPECT_EQ(read(1)[2], read(1)[3]);
+}
+
 TEST_F(GltfReader, PassesOverPointsAndLines) {
   GltfSketch sketch;
   const std::size_t other = sketch.positions({7, 7, 7, 8, 8, 8});

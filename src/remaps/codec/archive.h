@@ -17,7 +17,7 @@
 namespace remaps::codec {
 
 /// Bits of a detail that a signal keeps, if not told otherwise.
-inline constexpr unsigned kSignalPlanes = 7;
+inline constexpr unsigned kSignalPlanes = 10;
 
 struct EncodeOptions {
   Wavelet wavelet = Wavelet::kLiftedButterfly;

@@ -17,7 +17,7 @@ struct SignalHeader {
 /// a luminance, component 0, and two differences; normals as vectors.
 ///
 /// @param signal  its values are used up
-/// @param planes  1 to 30, of which 8 are what a colour of 8 bits has
+/// @param planes  1 to 30
 store::Bytes encode_signal(const SubdivisionHierarchy& hierarchy, Wavelet wavelet, Signal signal,
                            unsigned planes, SignalHeader& header);
 

@@ -121,6 +121,38 @@ class GltfReader final : public IndexedMeshReader {
     read_gltf_attributes(scene_, path_, sink, [this](std::uint64_t n) { done_elements_ += n; });
   }
 
+  std::vector<std::string> face_labels() override {
+    const bool materials =
+        std::any_of(scene_.primitives.begin(), scene_.primitives.end(),
+                    [](const GltfPrimitive& primitive) { return primitive.material.has_value(); });
+    if (materials) return {kPrimitive, kMaterial};
+    return {kPrimitive};
+  }
+
+  void read_face_labels(std::span<const std::string> names, FaceLabelSink sink) override {
+    const auto wanted = [&](const char* name) {
+      return std::find(names.begin(), names.end(), name) != names.end();
+    };
+    const bool primitives = wanted(kPrimitive);
+    const bool materials = wanted(kMaterial);
+    begin_pass(scene_.corners);
+    FaceLabel label = kNoLabel;
+    std::vector<FaceLabel> chunk;
+    const auto repeat = [&](std::span<const Triangle> triangles) {
+      chunk.assign(triangles.size(), label);
+      sink(chunk);
+    };
+    ChunkEmitter<Triangle> triangles(repeat);
+    for (std::size_t d = 0; d < scene_.draws.size(); ++d) {
+      const std::optional<std::uint64_t> material =
+          scene_.primitives[scene_.draws[d].primitive].material;
+      label = mix_label(kNoLabel, primitives ? std::uint64_t{d} : 0);
+      if (materials) label = mix_label(label, material ? *material + 1 : 0);
+      read_draw(scene_.draws[d], triangles);
+      triangles.flush();
+    }
+  }
+
   bool positions_are_float() const override {
     return std::all_of(scene_.parts.begin(), scene_.parts.end(), [this](const auto& part) {
       return scene_.transforms[part.transform].is_identity() &&
@@ -159,6 +191,9 @@ class GltfReader final : public IndexedMeshReader {
   }
 
  private:
+  static constexpr const char* kPrimitive = "primitive";
+  static constexpr const char* kMaterial = "material";
+
   void begin_pass(std::uint64_t elements) {
     pass_elements_ = elements;
     done_elements_ = 0;

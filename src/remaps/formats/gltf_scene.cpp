@@ -248,6 +248,7 @@ class SceneBuilder {
     check_positions(accessor, scene_.accessors[primitive.positions]);
     primitive.attributes =
         read_attributes(json.require("attributes"), scene_.accessors[primitive.positions].count);
+    if (const auto material = json.find("material")) primitive.material = material->whole();
     if (const auto indices = json.find("indices")) {
       const GltfValue index_accessor = indices->element(root_, "accessors");
       primitive.indices = accessor_number(index_accessor, "SCALAR");

@@ -56,6 +56,7 @@ struct GltfPrimitive {
   GltfAttributes attributes;
   std::optional<std::size_t> indices;
   GltfMode mode = GltfMode::triangles;
+  std::optional<std::uint64_t> material;
 };
 
 /// The triangles of the default scene: what is where in which buffer. Instances of a mesh are

@@ -12,6 +12,7 @@
 #include "remaps/formats/corner_runs.h"
 #include "remaps/formats/format_detection.h"
 #include "remaps/formats/format_factories.h"
+#include "remaps/formats/obj_lines.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
 #include "remaps/formats/row_emitter.h"
@@ -19,74 +20,6 @@
 
 namespace remaps {
 namespace {
-
-/// The file as logical lines, of which those that begin with 'v', 'vt', 'vn' and 'f' matter.
-class ObjLines {
- public:
-  explicit ObjLines(ByteSource& source) : scanner_(source) {}
-
-  enum class Kind { vertex, texture, normal, face, other };
-
-  bool at_end() const { return scanner_.at_end(); }
-  TextScanner& scanner() { return scanner_; }
-
-  /// Passes over the keyword of the line ahead.
-  Kind begin_line() {
-    scanner_.skip_blanks();
-    const char first = scanner_.peek(0);
-    comment_ = first == '#';
-    if (first != 'v' && first != 'f') return Kind::other;
-    if (ends_keyword(scanner_.peek(1))) {
-      scanner_.consume(1);
-      return first == 'v' ? Kind::vertex : Kind::face;
-    }
-    const char second = scanner_.peek(1);
-    const bool known = first == 'v' && (second == 't' || second == 'n');
-    if (!known || !ends_keyword(scanner_.peek(2))) return Kind::other;
-    scanner_.consume(2);
-    return second == 't' ? Kind::texture : Kind::normal;
-  }
-
-  /// Passes over blanks and over line ends hidden by a backslash; true if the line has more to say.
-  bool next_value() {
-    do {
-      scanner_.skip_blanks();
-    } while (scanner_.skip_escaped_line_end());
-    return !scanner_.at_line_end() && scanner_.peek(0) != '#';
-  }
-
-  /// Passes over the rest of the line. A backslash at the end of a comment (a Windows path, say)
-  /// hides nothing.
-  void end_line() {
-    while (scanner_.skip_line() == '\\' && !comment_ && !scanner_.at_end()) {
-    }
-  }
-
- private:
-  static bool ends_keyword(char c) { return is_blank(c) || c == '\n' || c == '\\'; }
-
-  TextScanner scanner_;
-  bool comment_ = false;
-};
-
-/// The numbers of a corner, v, v/t, v//n or v/t/n: 0 for what is not there.
-struct ObjCorner {
-  std::int64_t vertex = 0;
-  std::array<std::int64_t, 2> pool{};  // texture, normal
-};
-
-ObjCorner read_corner(TextScanner& scanner) {
-  ObjCorner corner;
-  corner.vertex = scanner.integer('/');
-  for (std::int64_t& number : corner.pool) {
-    if (scanner.peek(0) != '/') break;
-    scanner.consume(1);
-    const char next = scanner.peek(0);
-    if (next != '/' && next != '\\' && !is_blank(next) && next != '\n')
-      number = scanner.integer('/');
-  }
-  return corner;
-}
 
 /// Turns the corners of a polygon, with what they use, into triangles as PolygonRun does.
 class PolygonUses {
@@ -277,6 +210,37 @@ class ObjReader final : public IndexedMeshReader {
     if (!uses.empty()) sink(uses);
   }
 
+  std::vector<std::string> face_labels() override {
+    ObjLines lines = go_to({});
+    begin_pass();
+    ObjLabels labels;
+    for (; !lines.at_end(); lines.end_line()) {
+      if (lines.begin_line() == ObjLines::Kind::other) labels.read(lines);
+    }
+    return labels.seen();
+  }
+
+  void read_face_labels(std::span<const std::string> names, FaceLabelSink sink) override {
+    ObjLines lines = go_to({});
+    begin_pass();
+    ObjLabels labels;
+    ChunkEmitter<FaceLabel> emitter(sink);
+    for (; !lines.at_end(); lines.end_line()) {
+      const ObjLines::Kind kind = lines.begin_line();
+      if (kind == ObjLines::Kind::other) labels.read(lines);
+      if (kind != ObjLines::Kind::face) continue;
+      const FaceLabel label = labels.of(names);
+      // As many triangles as read_face makes.
+      std::size_t corners = 0;
+      for (; lines.next_value(); ++corners) {
+        lines.scanner().integer('/');
+        skip_rest_of_corner(lines.scanner());
+      }
+      for (; corners > 2; --corners) emitter.push(label);
+    }
+    emitter.flush();
+  }
+
   void set_polygon_cutter(PolygonCutter* cutter) override { cutter_ = cutter; }
   bool positions_are_float() const override { return all_float_; }
   double pass_fraction() const override { return pass_.fraction(source_.file_offset()); }
@@ -337,15 +301,19 @@ class ObjReader final : public IndexedMeshReader {
     while (lines.next_value()) {
       const std::int64_t index = scanner.integer('/');
       polygon.corner(vertex_id(scanner, index, seen));
-      while (scanner.peek(0) != '\\' && !is_blank(scanner.peek(0)) && !scanner.at_line_end()) {
-        scanner.consume(1);
-      }
+      skip_rest_of_corner(scanner);
     }
     if (polygon.corners() < 3) {
       scanner.fail(
           fmt::format("expected a face of at least 3 corners, found {}", polygon.corners()));
     }
     polygon.end();
+  }
+
+  static void skip_rest_of_corner(TextScanner& scanner) {
+    while (scanner.peek(0) != '\\' && !is_blank(scanner.peek(0)) && !scanner.at_line_end()) {
+      scanner.consume(1);
+    }
   }
 
   VertexId vertex_id(const TextScanner& scanner, std::int64_t index, std::uint64_t seen) const {

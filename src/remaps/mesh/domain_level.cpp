@@ -33,6 +33,12 @@ T get(const std::byte*& at) {
   return value;
 }
 
+/// True when a face may yet need its label: at the first level, or where it does not know all its
+/// edges (see feature_edges.h).
+bool needs_label(unsigned level, std::uint8_t feature) {
+  return level == 0 || unsigned{feature} >> 3 != 0;
+}
+
 /// The bytes of a bucket with room behind them, so that a decoder looks at the end once a record.
 struct Records {
   const std::byte* at;
@@ -127,6 +133,12 @@ void DomainLevel::put_face(std::size_t segment, const std::array<RoutedVertex, 3
       at = put_varint(at, delta_code(payload.origin.segment, bucket.origin));
       bucket.origin = payload.origin.segment;
     }
+  }
+  if (labels_ && needs_label(level_, payload.feature)) {
+    const bool other = payload.label != bucket.label;
+    put(at, static_cast<std::uint8_t>(other));
+    if (other) put(at, payload.label);
+    bucket.label = payload.label;
   }
   face_file_.append(segment, {record, at});
   bucket.corner = corner[0].id;
@@ -224,6 +236,7 @@ void DomainLevel::load_faces(std::size_t segment, VertexIndex& scratch, Segment&
   level_ == 0 ? out.face_id.resize(bucket.faces) : out.load.resize(bucket.faces);
   if (level_ > 0) origin.resize(bucket.home_faces);
   if (features_) out.feature.resize(bucket.faces);
+  if (labels_) out.label.assign(bucket.faces, kNoLabel);
   const auto local = [&](VertexId id) {
     records.check(id >= bucket.low && id <= bucket.high);
     return scratch[id];
@@ -231,6 +244,12 @@ void DomainLevel::load_faces(std::size_t segment, VertexIndex& scratch, Segment&
   VertexId corner = 0;
   FaceLink link;
   FaceId face = 0;
+  FaceLabel label = kNoLabel;
+  const auto read_label = [&](LocalIndex f) {
+    if (!labels_ || !needs_label(level_, features_ ? out.feature[f] : std::uint8_t{0})) return;
+    if (get<std::uint8_t>(records.at) != 0) label = get<FaceLabel>(records.at);
+    out.label[f] = label;
+  };
   for (LocalIndex i = 0; i < bucket.faces; ++i) {
     std::array<std::uint64_t, 4> code;
     records.at = get_codes(records.at, code);
@@ -243,16 +262,19 @@ void DomainLevel::load_faces(std::size_t segment, VertexIndex& scratch, Segment&
                        local(apply_delta(code[2], corner))};
     if (level_ == 0) {
       out.face_id[f] = face;
+      read_label(f);
       continue;
     }
     out.load[f] = get<float>(records.at);
     if (features_) out.feature[f] = get<std::uint8_t>(records.at);
-    if (!is_home) continue;
-    std::uint64_t step = 0;
-    records.at = get_varint(records.at, step);
-    link.segment = static_cast<std::uint32_t>(apply_delta(step, link.segment));
-    link.face = static_cast<LocalIndex>(face);
-    origin[f] = link;
+    if (is_home) {
+      std::uint64_t step = 0;
+      records.at = get_varint(records.at, step);
+      link.segment = static_cast<std::uint32_t>(apply_delta(step, link.segment));
+      link.face = static_cast<LocalIndex>(face);
+      origin[f] = link;
+    }
+    read_label(f);
   }
   records.check(records.at == records.end);
 }

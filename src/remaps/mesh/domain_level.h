@@ -26,7 +26,8 @@ struct FacePayload {
   FaceId input_face = 0;
   float load = 0;
   FaceLink origin;
-  std::uint8_t feature = 0;  ///< see Segment; kept only with carry_features
+  std::uint8_t feature = 0;    ///< see Segment; kept only with carry_features
+  FaceLabel label = kNoLabel;  ///< kept only with carry_labels
 };
 
 /// Finds the local index of a global vertex id; kept as scratch between segments. A table over the
@@ -85,6 +86,11 @@ class DomainLevel {
   /// Faces take FacePayload::feature along, a byte each. To be called before the first face, not at
   /// level 0.
   void carry_features() { features_ = true; }
+  /// Faces take FacePayload::label along, a byte each and eight more where it is another than that
+  /// of the face before; after the first level only those with an edge of which nothing is known.
+  /// To be called before the first face.
+  void carry_labels() { labels_ = true; }
+  bool has_labels() const { return labels_; }
 
   /// Adds a vertex to its own segment. The quadric is not used at level 0.
   void add_vertex(const RoutedVertex& vertex, const Quadric& quadric);
@@ -125,10 +131,11 @@ class DomainLevel {
   /// What is known of a segment while it is written. Records say how they differ from the one
   /// before in their bucket.
   struct Bucket {
-    VertexId vertex = 0;       // of the vertex before
-    VertexId corner = 0;       // first of the face before
-    FaceId face = 0;           // of the face before, or where it was
-    std::uint32_t origin = 0;  // segment where that was
+    VertexId vertex = 0;         // of the vertex before
+    VertexId corner = 0;         // first of the face before
+    FaceId face = 0;             // of the face before, or where it was
+    std::uint32_t origin = 0;    // segment where that was
+    FaceLabel label = kNoLabel;  // of the face before that has one
     LocalIndex home_faces = 0;
     LocalIndex faces = 0;
     LocalIndex own_vertices = 0;
@@ -146,6 +153,7 @@ class DomainLevel {
 
   unsigned level_;
   bool features_ = false;
+  bool labels_ = false;
   SpaceCut cut_;
   Reservation reservation_;
   store::BucketFile vertex_file_;

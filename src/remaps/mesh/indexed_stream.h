@@ -5,11 +5,13 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "remaps/base/function_ref.h"
 #include "remaps/base/geometry.h"
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/face_labels.h"
 #include "remaps/mesh/polygon_cutter.h"
 
 namespace remaps {
@@ -88,6 +90,16 @@ class IndexedMeshReader {
   virtual void read_pool(std::size_t /*number*/, AttributeSink) {}
   /// Sends which value of the pool each corner has, three a triangle, in order.
   virtual void read_pool_uses(std::size_t /*number*/, PoolUseSink) {}
+
+  /// Names of the labels that faces have, such as "group" and "material" of an OBJ; here those of
+  /// its attributes of faces that are labels or colours. May take passes of its own.
+  /// @throws InputError  as the passes do
+  virtual std::vector<std::string> face_labels();
+
+  /// Sends a label for each triangle of read_triangles, in order; it differs where one of the named
+  /// labels does.
+  /// @param names  of face_labels(), at least one
+  virtual void read_face_labels(std::span<const std::string> names, FaceLabelSink sink);
 
   /// The fraction of the present pass that is over, 0 to 1: for progress bars. An estimate where
   /// the file does not tell how long its parts are.

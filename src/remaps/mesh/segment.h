@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "remaps/base/geometry.h"
+#include "remaps/mesh/face_labels.h"
 #include "remaps/mesh/patch.h"
 #include "remaps/mesh/quadric.h"
 
@@ -30,6 +31,9 @@ struct Segment {
   /// (f) which edges are features, see simplify/feature_edges.h; empty when none are kept, and at
   /// the first level before they are found.
   std::vector<std::uint8_t> feature;
+  /// (f) what faces belong to; empty unless features lie between labels. After the first level only
+  /// faces with an edge that is not yet known as a feature or none have theirs, others kNoLabel.
+  std::vector<FaceLabel> label;
   LocalIndex own_vertices = 0;
   LocalIndex home_faces = 0;
 
@@ -42,6 +46,7 @@ struct Segment {
     load.clear();
     locked.clear();
     feature.clear();
+    label.clear();
     own_vertices = home_faces = 0;
   }
 };

@@ -94,6 +94,7 @@ Manifest parse_manifest(const std::filesystem::path& path, const std::string& te
     m.origin = {origin.at(0), origin.at(1), origin.at(2)};
     m.base_vertices_requested = json.at("base_vertices_requested");
     m.feature_angle_deg = json.value("feature_angle_deg", 0.0);
+    m.feature_labels = json.value("feature_labels", std::vector<std::string>());
     for (const Json& level : json.at("levels")) m.segments.push_back(level.at("segments"));
     m.levels = static_cast<unsigned>(m.segments.size());
     if (json.contains("attributes")) {
@@ -194,6 +195,7 @@ void write_manifest(const Manifest& m, const std::filesystem::path& directory) {
                    {"origin", {m.origin.x, m.origin.y, m.origin.z}}};
   json["base_vertices_requested"] = m.base_vertices_requested;
   if (m.feature_angle_deg > 0) json["feature_angle_deg"] = m.feature_angle_deg;
+  if (!m.feature_labels.empty()) json["feature_labels"] = m.feature_labels;
   json["levels"] = Json::array();
   for (std::size_t level = 0; level < m.segments.size(); ++level) {
     json["levels"].push_back({{"log", log_name(level)}, {"segments", m.segments[level]}});

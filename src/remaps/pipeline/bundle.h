@@ -27,12 +27,13 @@ struct Manifest {
   Vec3 origin;                        ///< added to stored positions
   double diagonal = 0;                ///< of the input's bounding box
   std::uint64_t base_vertices_requested = 0;
-  double feature_angle_deg = 0;         ///< 0: features were not kept
-  unsigned levels = 0;                  ///< number of logs
-  std::vector<std::uint64_t> segments;  ///< (levels)
-  std::uint64_t map_checksum = 0;       ///< XXH3-64 of map.bin
-  std::uint64_t base_checksum = 0;      ///< XXH3-64 of base.ply
-  AttributeLayout attributes;           ///< of attributes.bin; without any there is no such file
+  double feature_angle_deg = 0;             ///< 0: none were kept by angle
+  std::vector<std::string> feature_labels;  ///< between which features were kept
+  unsigned levels = 0;                      ///< number of logs
+  std::vector<std::uint64_t> segments;      ///< (levels)
+  std::uint64_t map_checksum = 0;           ///< XXH3-64 of map.bin
+  std::uint64_t base_checksum = 0;          ///< XXH3-64 of base.ply
+  AttributeLayout attributes;  ///< of attributes.bin; without any there is no such file
 };
 
 std::string log_name(std::size_t level);

@@ -79,19 +79,19 @@ void FaceJoin::load_range(std::uint64_t range) {
   }
 }
 
-void FaceJoin::add(const Triangle& t, FaceId face) {
+void FaceJoin::add(const Triangle& t, FaceId face, FaceLabel label) {
   if (ranges_ > 1) {
-    Waiting waiting{t, face, {}};
+    Waiting waiting{t, face, label, {}};
     advance(waiting);
     return;
   }
   std::array<RoutedVertex, 3> corner;
   for (unsigned i = 0; i < 3; ++i) corner[i] = {t[i], {}, table_[static_cast<std::size_t>(t[i])]};
-  route(corner, face);
+  route(corner, face, label);
 }
 
-void FaceJoin::route(const std::array<RoutedVertex, 3>& corner, FaceId face) {
-  level_.add_face_alone(corner, {face, 0, {}});
+void FaceJoin::route(const std::array<RoutedVertex, 3>& corner, FaceId face, FaceLabel label) {
+  level_.add_face_alone(corner, {face, 0, {}, 0, label});
   if (corner[0].segment == corner[1].segment && corner[0].segment == corner[2].segment) return;
   DomainLevel::foreign_corners(corner, [&](std::uint32_t segment, const RoutedVertex& v) {
     std::byte record[kLargestRecord];
@@ -114,7 +114,7 @@ void FaceJoin::advance(Waiting& waiting) {
     corner[i] = {waiting.corner[i], {}, waiting.segment_code[i] - 1};
   }
   if (next != ~std::uint64_t{0}) return put(next, waiting);
-  route(corner, waiting.face);
+  route(corner, waiting.face, waiting.label);
 }
 
 void FaceJoin::put(std::uint64_t range, const Waiting& waiting) {
@@ -123,6 +123,7 @@ void FaceJoin::put(std::uint64_t range, const Waiting& waiting) {
   std::byte* end =
       put_codes(record, {t[0], delta_code(t[1], t[0]), delta_code(t[2], t[0]), waiting.face});
   for (const std::uint32_t code : waiting.segment_code) end = put_varint(end, code);
+  if (level_.has_labels()) end = put_varint(end, waiting.label);
   waiting_->append(static_cast<std::size_t>(range), {record, end});
 }
 
@@ -139,6 +140,7 @@ void FaceJoin::work_through(std::uint64_t range) {
       at = get_varint(at, value);
       segment = static_cast<std::uint32_t>(value);
     }
+    if (level_.has_labels()) at = get_varint(at, waiting.label);
     advance(waiting);
     return at;
   });

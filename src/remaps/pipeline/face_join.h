@@ -51,7 +51,7 @@ class FaceJoin {
   /// Ranges that a join needs: with one, no face waits.
   static std::uint64_t ranges(std::uint64_t vertices, std::size_t segments, const MemoryPlan& plan);
 
-  void add(const Triangle& t, FaceId face);
+  void add(const Triangle& t, FaceId face, FaceLabel label = kNoLabel);
   /// Works through what waits. `progress` gets fractions and may throw.
   void finish(const std::function<void(double)>& progress);
 
@@ -59,12 +59,13 @@ class FaceJoin {
   struct Waiting {
     Triangle corner;
     FaceId face = 0;
+    FaceLabel label = kNoLabel;
     std::array<std::uint32_t, 3> segment_code{};  // 0: unknown, else the segment + 1
   };
 
   void load_range(std::uint64_t range);
   void advance(Waiting& waiting);
-  void route(const std::array<RoutedVertex, 3>& corner, FaceId face);
+  void route(const std::array<RoutedVertex, 3>& corner, FaceId face, FaceLabel label);
   void put(std::uint64_t range, const Waiting& waiting);
   void work_through(std::uint64_t range);
   void add_foreign(std::uint64_t range);

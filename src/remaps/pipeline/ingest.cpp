@@ -40,13 +40,15 @@ struct FaceChunk {
 class FaceRouter {
  public:
   FaceRouter(const VertexSpool& spool, DomainLevel& level, const MemoryPlan& plan,
-             const std::filesystem::path& directory, MemoryBudget& budget, Progress& progress)
+             const std::filesystem::path& directory, MemoryBudget& budget, Progress& progress,
+             const store::RowSpool* labels)
       : spool_(spool),
         level_(level),
         plan_(plan),
         directory_(directory),
         budget_(budget),
-        progress_(progress) {
+        progress_(progress),
+        labels_(labels) {
     if (FaceJoin::ranges(spool.vertices(), level.segments(), plan) == 1) {
       join_.emplace(spool, level, true, plan, directory, budget);
     } else {
@@ -56,9 +58,13 @@ class FaceRouter {
   }
 
   void add(const FaceChunk& chunk) {
+    label_.assign(chunk.triangle.size(), kNoLabel);
+    if (labels_ != nullptr) labels_->read(faces_, std::as_writable_bytes(std::span(label_)));
+    const FaceLabel* label = label_.data();
     for (const Triangle& t : chunk.triangle) {
       if (lookup_ && faces_ % kStretch == 0) look_at_cache();
-      if (!leave_out(t)) join_ ? join_->add(t, faces_) : add_from_cache(t);
+      if (!leave_out(t)) join_ ? join_->add(t, faces_, *label) : add_from_cache(t, *label);
+      ++label;
       ++faces_;
     }
     progress_.advance(0.4 + 0.5 * chunk.fraction);
@@ -88,13 +94,13 @@ class FaceRouter {
     return true;
   }
 
-  void add_from_cache(const Triangle& t) {
+  void add_from_cache(const Triangle& t, FaceLabel label) {
     std::array<RoutedVertex, 3> corner;
     for (std::size_t i = 0; i < 3; ++i) {
       const VertexLookup::Entry& entry = (*lookup_)[t[i]];
       corner[i] = {t[i], entry.position, entry.segment};
     }
-    level_.add_face(corner, {faces_, 0, {}});
+    level_.add_face(corner, {faces_, 0, {}, 0, label});
   }
 
   /// Goes over to the join for good when a block was read for every eighth face lately. Depends on
@@ -114,6 +120,8 @@ class FaceRouter {
   const std::filesystem::path& directory_;
   MemoryBudget& budget_;
   Progress& progress_;
+  const store::RowSpool* labels_;
+  std::vector<FaceLabel> label_;  // of a chunk
   std::optional<VertexLookup> lookup_;
   std::optional<FaceJoin> join_;
   std::uint64_t faces_ = 0;
@@ -148,7 +156,7 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan) {
 
 Ingested ingest(IndexedMeshReader& reader, const std::string& name, const MemoryPlan& plan,
                 const std::filesystem::path& temp_dir, unsigned threads, MemoryBudget& budget,
-                Progress& progress) {
+                Progress& progress, const store::RowSpool* labels) {
   progress.begin("ingest");
   Ingested result;
   result.sample = PositionSample(kSampleSize);
@@ -170,7 +178,8 @@ Ingested ingest(IndexedMeshReader& reader, const std::string& name, const Memory
   std::vector<Vec3f> sample(result.sample.kept().begin(), result.sample.kept().end());
   const SpaceCut cut(sample, segments_for(2 * result.vertices, plan), 0);
   result.level = std::make_unique<DomainLevel>(0, cut, temp_dir, plan.bucket_bytes, budget);
-  FaceRouter router(spool, *result.level, plan, temp_dir, budget, progress);
+  if (labels != nullptr) result.level->carry_labels();
+  FaceRouter router(spool, *result.level, plan, temp_dir, budget, progress, labels);
   const PolygonCutting cutting(reader, spool, plan.cache_bytes / 4, budget);
   read_faces(reader, router, threads > 1);
   router.finish(result);

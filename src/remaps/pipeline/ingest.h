@@ -48,9 +48,10 @@ std::size_t segments_for(std::uint64_t faces, const MemoryPlan& plan);
 /// level. Faces keep their numbers in the file.
 /// @param threads  with more than one, parsing overlaps with routing; the result is the same
 /// @throws InputError  malformed; GeometryError: no faces
+/// @param labels  rows of a FaceLabel, one a face, that faces are to take along; may be null
 /// @param name  of the file, for messages
 Ingested ingest(IndexedMeshReader& reader, const std::string& name, const MemoryPlan& plan,
                 const std::filesystem::path& temp_dir, unsigned threads, MemoryBudget& budget,
-                Progress& progress);
+                Progress& progress, const store::RowSpool* labels = nullptr);
 
 }  // namespace remaps::pipeline

@@ -81,12 +81,14 @@ class Parameterizer {
  private:
   void read_input() {
     const auto start = std::chrono::steady_clock::now();
-    const InputMesh input =
-        open_input_mesh(job_.input, {job_.temp_dir, plan_.budget_bytes / 2, job_.weld_distance},
-                        budget_, progress_);
+    const InputMesh input = open_input_mesh(
+        job_.input,
+        {job_.temp_dir, plan_.budget_bytes / 2, job_.weld_distance, job_.feature_labels}, budget_,
+        progress_);
+    manifest_.feature_labels = input.label_names;
     report_.repairs.welded_vertices = input.welded_vertices;
     ingested_ = ingest(*input.reader, job_.input.string(), plan_, job_.temp_dir, job_.threads,
-                       budget_, progress_);
+                       budget_, progress_, input.face_labels.get());
     store_input_attributes(*input.reader);
     ingested_.positions.reset();
     report_.bytes_read += input.reader->bytes_read_total();
@@ -218,7 +220,8 @@ class Parameterizer {
     auto next = std::make_unique<DomainLevel>(level.level() + 1,
                                               SpaceCut(sample.kept(), segments, level.level() + 1),
                                               job_.temp_dir, plan_.bucket_bytes, budget_);
-    if (job_.feature_angle_deg > 0) next->carry_features();
+    if (keeps_features()) next->carry_features();
+    if (!manifest_.feature_labels.empty()) next->carry_labels();
     return next;
   }
 
@@ -244,6 +247,7 @@ class Parameterizer {
       options.draft = level->vertices() > kDraftAbove * job_.base_vertices;
       options.diagonal = ingested_.diagonal;
       options.feature_angle_rad = job_.feature_angle_deg * std::numbers::pi / 180;
+      options.feature_labels = !manifest_.feature_labels.empty();
       options.threads = plan_.sweep_threads;
       options.input_name = job_.input.string();
       options.progress = &progress_;
@@ -291,13 +295,21 @@ class Parameterizer {
   }
 
   void record_features(unsigned level, const simplify::SweepCounts& counts) {
-    if (job_.feature_angle_deg <= 0) return;
-    if (level == 0)
-      report_.features = Report::Features{job_.feature_angle_deg, counts.feature_edges};
+    if (!keeps_features()) return;
+    if (level == 0) {
+      report_.features = Report::Features{};
+      report_.features->angle_deg = job_.feature_angle_deg;
+      report_.features->labels = manifest_.feature_labels;
+      report_.features->edges = counts.feature_edges;
+    }
     report_.features->dropped_edges += counts.dropped_features;
     report_.features->corners = counts.corners;
     report_.features->base_edges = counts.base_feature_edges;
     report_.features->least_base_vertices = counts.least_vertices;
+  }
+
+  bool keeps_features() const {
+    return job_.feature_angle_deg > 0 || !manifest_.feature_labels.empty();
   }
 
   void map_vertices() {

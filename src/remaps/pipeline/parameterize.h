@@ -6,6 +6,7 @@
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/face_labels.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/report.h"
@@ -21,7 +22,8 @@ struct ParameterizeJob {
   bool strict = false;  ///< refuse what would need repair
   RepairChoices repair;
   std::optional<double> weld_distance;  ///< in file units: docs/design/weld.md
-  double feature_angle_deg = 0;         ///< 0: no features
+  double feature_angle_deg = 0;         ///< 0: none by angle
+  FaceLabelChoice feature_labels;       ///< features lie between faces that differ in these
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
   AttributeChoice attributes;  ///< that the bundle keeps
 };

@@ -146,6 +146,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   job.base_vertices = options.base_vertices;
   job.threads = threads;
   job.feature_angle_deg = options.feature_angle_deg;
+  job.feature_labels = options.feature_labels;
   job.weld_distance = options.weld_distance;
   job.strict = options.strict;
   job.repair = {options.min_component, options.fill_holes};

@@ -6,6 +6,7 @@
 
 #include "remaps/base/progress.h"
 #include "remaps/mesh/attributes.h"
+#include "remaps/mesh/face_labels.h"
 #include "remaps/pipeline/report.h"
 
 namespace remaps::pipeline {
@@ -21,6 +22,8 @@ struct RemeshOptions {
   /// Edges between faces whose normals differ by more become chains of base edges; above 0, below
   /// 180. 0: none.
   double feature_angle_deg = 0;
+  /// Edges between faces that differ in one of these labels do too.
+  FaceLabelChoice feature_labels;
   std::uint64_t memory_bytes =
       256u << 20;  ///< peak memory of the run, without the constant 32 MiB of program and libraries
   unsigned threads = 0;  ///< 0: one a processor

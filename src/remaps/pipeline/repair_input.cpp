@@ -16,7 +16,8 @@ namespace remaps::pipeline {
 Reservation reserve_lanes(const DomainLevel& level, const MemoryPlan& plan, MemoryBudget& budget) {
   const std::uint64_t faces = level.largest_segment();
   const auto lanes = std::min<std::uint64_t>(plan.sweep_threads, level.segments());
-  return budget.reserve(faces * kBytesPerFace * (lanes + (lanes > 1 ? 1 : 0)),
+  const std::uint64_t face_bytes = kBytesPerFace + (level.has_labels() ? sizeof(FaceLabel) : 0);
+  return budget.reserve(faces * face_bytes * (lanes + (lanes > 1 ? 1 : 0)),
                         fmt::format("working on segments of up to {} faces", faces));
 }
 
@@ -51,6 +52,7 @@ repair::Findings repair_once(Ingested& ingested, repair::RepairOptions options, 
   if (!found.one_sided.empty() || (sound && !found.defects.any())) return found;
   auto repaired =
       std::make_unique<DomainLevel>(0, level.cut(), options.temp_dir, plan.bucket_bytes, budget);
+  if (level.has_labels()) repaired->carry_labels();
   const repair::RepairCounts counts =
       repair.rewrite(*repaired, ingested.vertices + ingested.copied_vertices,
                      [&](std::span<const VertexId> originals) {

@@ -2,6 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "remaps/pipeline/repair_counts.h"
+
 namespace remaps::pipeline {
 
 std::string to_json(const Report& r) {
@@ -14,22 +16,10 @@ std::string to_json(const Report& r) {
                    {"components", r.components},
                    {"boundary_loops", r.boundary_loops},
                    {"euler_characteristic", r.euler_characteristic}};
-  json["repairs"] = {{"welded_vertices", r.repairs.welded_vertices},
-                     {"unreferenced_vertices", r.repairs.unreferenced_vertices},
-                     {"nonfinite_vertices", r.repairs.nonfinite_vertices},
-                     {"nonfinite_faces", r.repairs.nonfinite_faces},
-                     {"degenerate_faces", r.repairs.degenerate_faces},
-                     {"duplicate_faces", r.repairs.duplicate_faces},
-                     {"flipped_faces", r.repairs.flipped_faces},
-                     {"nonmanifold_edges", r.repairs.nonmanifold_edges},
-                     {"nonmanifold_vertices", r.repairs.nonmanifold_vertices},
-                     {"split_vertices", r.repairs.split_vertices},
-                     {"dropped_components", r.repairs.dropped_components},
-                     {"dropped_component_faces", r.repairs.dropped_component_faces},
-                     {"filled_holes", r.repairs.filled_holes},
-                     {"filled_faces", r.repairs.filled_faces}};
+  for (const auto& [name, count] : repair_counts(r.repairs)) json["repairs"][name] = count;
   if (r.features) {
     json["features"] = {{"angle_deg", r.features->angle_deg},
+                        {"labels", r.features->labels},
                         {"edges", r.features->edges},
                         {"dropped_edges", r.features->dropped_edges},
                         {"corners", r.features->corners},

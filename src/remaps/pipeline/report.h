@@ -70,8 +70,9 @@ struct Report {
 
   /// Sharp edges that were kept.
   struct Features {
-    double angle_deg = 0;
-    std::uint64_t edges = 0;          ///< of the input, sharper than that
+    double angle_deg = 0;             ///< 0: none by angle
+    std::vector<std::string> labels;  ///< that faces on both sides differ in
+    std::uint64_t edges = 0;          ///< of the input, sharper than that or between labels
     std::uint64_t dropped_edges = 0;  ///< in short chains with a loose end
     std::uint64_t corners = 0;        ///< vertices of the base that features keep there
     std::uint64_t base_edges = 0;     ///< of the base that lie on features
@@ -86,7 +87,7 @@ struct Report {
   std::int64_t euler_characteristic = 0;
   Repairs repairs;
 
-  std::optional<Features> features;  ///< with feature_angle_deg
+  std::optional<Features> features;  ///< with feature_angle_deg or feature_labels
   std::uint64_t base_vertices_requested = 0;
   std::uint64_t base_vertices = 0, base_faces = 0;
   unsigned level = 0;

@@ -62,6 +62,7 @@ struct LevelRepair::Rewritten {
   struct Face {
     std::array<RoutedVertex, 3> corner;
     FaceId face;
+    FaceLabel label;
   };
   std::vector<RoutedVertex> vertex;
   std::vector<VertexId> copy_of;  // (copies)
@@ -165,7 +166,8 @@ RepairCounts LevelRepair::rewrite(DomainLevel& out, VertexId first_copy,
     return [&, i, part] {
       for (const RoutedVertex& v : part->vertex) out.add_vertex(v, {});
       copied(part->copy_of);
-      for (const Rewritten::Face& f : part->face) out.add_face(f.corner, {f.face, 0, {}});
+      for (const Rewritten::Face& f : part->face)
+        out.add_face(f.corner, {f.face, 0, {}, 0, f.label});
       counts.dropped_duplicates += part->counts.dropped_duplicates;
       counts.flipped_faces += part->counts.flipped_faces;
       counts.split_vertices += part->counts.split_vertices;
@@ -260,7 +262,7 @@ std::shared_ptr<LevelRepair::Rewritten> LevelRepair::rewrite_segment(std::size_t
       std::swap(corner[1], corner[2]);
       ++result->counts.flipped_faces;
     }
-    result->face.push_back({corner, s.face_id[f]});
+    result->face.push_back({corner, s.face_id[f], s.label.empty() ? kNoLabel : s.label[f]});
   }
   return result;
 }

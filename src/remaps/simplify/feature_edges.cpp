@@ -44,10 +44,18 @@ class EdgeBits {
   unsigned slot_;
 };
 
+/// An edge between two faces that belong to different things.
+bool parts_labels(const Segment& s, LocalIndex f, LocalIndex g) {
+  return !s.label.empty() && s.label[f] != s.label[g] && s.label[f] != kNoLabel &&
+         s.label[g] != kNoLabel;
+}
+
 void decide_edges(double angle_rad, const Patch& patch, Segment& s) {
   if (s.feature.empty()) s.feature.assign(s.triangle.size(), kNothingKnown);
   const double cosine = std::cos(angle_rad);
   const auto is_sharp = [&](LocalIndex f, LocalIndex g) {
+    if (parts_labels(s, f, g)) return true;
+    if (angle_rad <= 0) return false;
     const Vec3 a = doubled_normal(s, s.triangle[f]);
     const Vec3 b = doubled_normal(s, s.triangle[g]);
     return dot(a, b) < cosine * std::sqrt(norm2(a) * norm2(b));
@@ -130,6 +138,7 @@ class FeatureGraph {
         whole = whole && is_free(from);
         corners += is_corner(from);
         for_each_arc(from, [&](const Arc& arc) {
+          whole = whole && !is_border(arc);
           length += 0.5 * arc_length(from, arc);
           if (seen[arc.to]) return;
           seen[arc.to] = 1;
@@ -176,6 +185,9 @@ class FeatureGraph {
   double arc_length(LocalIndex from, const Arc& arc) const {
     return norm(widen(s_.position[arc.to]) - widen(s_.position[from]));
   }
+  bool is_border(const Arc& arc) const {
+    return parts_labels(s_, face_of(arc.corner), face_of(patch_.opposite(arc.corner)));
+  }
   bool is_corner(LocalIndex v) const {
     return degree_[v] != 0 && (degree_[v] != 2 || patch_.on_boundary(v));
   }
@@ -194,6 +206,7 @@ class FeatureGraph {
       for_each_arc(v, [&](const Arc& arc) {
         if (chain_.empty() || chain_.back().corner != arc.corner) next = arc;
       });
+      if (is_border(next)) return false;
       length += arc_length(v, next);
       chain_.push_back(next);
       v = next.to;
@@ -229,9 +242,11 @@ FeatureCounts find_features(const FeatureOptions& options, Patch& patch, Segment
   patch.mark_features(segment.feature);
   FeatureGraph graph(patch, segment);
   counts.edges = graph.count_own();
-  counts.dropped = graph.drop_loose(options.least_loose);
-  counts.dropped +=
-      graph.drop_poor(options.least_per_corner, first_level ? options.least_loop_edges : 0);
+  if (first_level || !options.labels) {
+    counts.dropped = graph.drop_loose(options.least_loose);
+    counts.dropped +=
+        graph.drop_poor(options.least_per_corner, first_level ? options.least_loop_edges : 0);
+  }
   counts.corners = graph.lock_corners();
   return counts;
 }

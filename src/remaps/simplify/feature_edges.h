@@ -9,8 +9,9 @@
 /// Sharp edges of the input, and what they hold in place. See docs/design/features.md.
 ///
 /// An edge between two faces of the input is a feature when their normals differ by more than an
-/// angle. A vertex with two feature edges is removed along them only: they become one. A vertex
-/// with one, with three or more, or with any on a boundary is a corner and stays.
+/// angle, or when their labels differ. A vertex with two feature edges is removed along them only:
+/// they become one. A vertex with one, with three or more, or with any on a boundary is a corner
+/// and stays.
 ///
 /// A face carries six bits (Segment::feature): bit i says that the edge opposite to its corner i is
 /// a feature; bit i + 3 that this is not known, because no segment that the face was at home in had
@@ -18,12 +19,15 @@
 namespace remaps::simplify {
 
 struct FeatureOptions {
-  double angle_rad = 0;         ///< least angle between the normals, up to pi; 0: no features
+  double angle_rad = 0;         ///< least angle between the normals, up to pi; 0: none by angle
   double least_loose = 0;       ///< a chain of features with a loose end that is shorter goes
   double least_per_corner = 0;  ///< connected features with less length a corner go
   /// At the first level loops without a corner go too when they are shorter than least_per_corner
   /// and have fewer edges than this: few edges make noise, the rim of a hole has more.
   unsigned least_loop_edges = 8;
+  /// Edges between faces of different Segment::label are features too. What hangs together with one
+  /// is no noise; nothing goes after the first level, where labels of few faces are known.
+  bool labels = false;
 };
 
 struct FeatureCounts {

@@ -48,6 +48,7 @@ struct SegmentResult {
   std::vector<std::array<RoutedVertex, 3>> face;  // surviving home faces
   std::vector<float> load;                        // of those
   std::vector<std::uint8_t> feature;              // of those; empty without features
+  std::vector<FaceLabel> label;                   // of those; empty without labels
   SegmentLog log;                                 // survivor; next is filled at commit
   std::uint64_t faces_in = 0;
   std::uint64_t record_count = 0;
@@ -137,7 +138,7 @@ class Sweep {
     result->faces_in = s.home_faces;
     const ManifoldDefect defect = lane.patch.build(s.vertex_id.size(), s.own_vertices, s.triangle);
     if (defect.kind != ManifoldDefect::Kind::kNone) refuse(defect, s, options_.input_name);
-    if (options_.feature_angle_rad > 0) {
+    if (options_.feature_angle_rad > 0 || options_.feature_labels) {
       result->features = find_features(feature_options(), lane.patch, s);
     }
     if (level_.level() == 0) prepare_input(lane, *result);
@@ -160,6 +161,7 @@ class Sweep {
   FeatureOptions feature_options() const {
     FeatureOptions features;
     features.angle_rad = options_.feature_angle_rad;
+    features.labels = options_.feature_labels;
     features.least_loose = kLeastLoose * options_.diagonal;
     features.least_per_corner = kLeastPerCorner * options_.diagonal;
     return features;
@@ -250,6 +252,8 @@ class Sweep {
       result.face.push_back({routed(t[0]), routed(t[1]), routed(t[2])});
       result.load.push_back(s.load[f]);
       if (lane.patch.has_features()) result.feature.push_back(lane.patch.marks(f));
+      // What changed a face knows its edges, so this is the label of a face as it was in the input.
+      if (!s.label.empty()) result.label.push_back(s.label[f]);
       result.log.survivor.push_back(f);
     }
     result.log.faces = s.home_faces;
@@ -286,8 +290,9 @@ class Sweep {
     for (std::size_t f = 0; f < result.face.size(); ++f) {
       const FaceLink origin{static_cast<std::uint32_t>(i), result.log.survivor[f]};
       const std::uint8_t feature = result.feature.empty() ? std::uint8_t{0} : result.feature[f];
+      const FaceLabel label = result.label.empty() ? kNoLabel : result.label[f];
       result.log.next.push_back(
-          output_.next->add_face(result.face[f], {0, result.load[f], origin, feature}));
+          output_.next->add_face(result.face[f], {0, result.load[f], origin, feature, label}));
     }
   }
 

@@ -27,6 +27,7 @@ struct SweepOptions {
   bool draft = false;                 ///< rank removals by estimate; never in the last sweep
   double diagonal = 1;                ///< of the input's bounding box
   double feature_angle_rad = 0;       ///< see feature_edges.h; the same at every level
+  bool feature_labels = false;        ///< features between labels of faces; the level has them
   unsigned threads = 1;
   std::string input_name;        ///< for messages about the surface
   Progress* progress = nullptr;  ///< optional
