@@ -159,6 +159,17 @@ TEST(Archive, TakesSurfacesWithoutDetails) {
   }
 }
 
+/// Farther away than coordinates have bits for.
+TEST(Archive, TakesSurfacesThatRoundToAPoint) {
+  const SemiRegularMesh unit = rough_mesh(test::base_of(test::icosphere(0)), 2, 0.02, 9);
+  for (const double away : {1e12, 1e15, 1e17, 1e100}) {
+    SemiRegularMesh mesh = unit;
+    for (Vec3& p : mesh.position) p = p + Vec3{away, -away, away};
+    mesh = in_order(mesh);
+    EXPECT_LE(test::largest_distance(decode(encode(mesh)), mesh), 1e-14 * away) << away;
+  }
+}
+
 TEST(Archive, RefusesWhatIsNoSurface) {
   const SemiRegularMesh mesh = rough_mesh(test::base_of(test::octahedron()), 2, 0.05, 2);
   for (const double bad : {HUGE_VAL, -HUGE_VAL, double(NAN), 1e308}) {

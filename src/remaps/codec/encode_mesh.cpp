@@ -24,6 +24,11 @@ constexpr double kStepsPerOctave = 4;
 /// Cells of the base's grid along the diagonal, about: with coarser ones the prediction of base
 /// vertices would have too little to do.
 constexpr double kGridCells = 512;
+/// A cell's number has 27 bits, and some are left for rounding.
+constexpr double kMostCells = 1 << 26;
+/// Of the distance from the origin, the least that counts as the diagonal: so that cells are
+/// larger than what coordinates are rounded to.
+constexpr double kLeastDiagonal = 0x1p-40;
 
 bool is_finite(const Vec3& p) {
   return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
@@ -42,7 +47,7 @@ void check_values(const SemiRegularMesh& mesh, const SubdivisionHierarchy& hiera
 
 /// Chooses steps and grid.
 ArchiveHeader choose_header(const SubdivisionHierarchy& hierarchy, const EncodeOptions& options,
-                            double diagonal, std::span<const Vec3> details) {
+                            double diagonal, double farthest, std::span<const Vec3> details) {
   ArchiveHeader header;
   header.wavelet = options.wavelet;
   header.levels = static_cast<std::uint8_t>(hierarchy.levels());
@@ -51,6 +56,7 @@ ArchiveHeader choose_header(const SubdivisionHierarchy& hierarchy, const EncodeO
   Quantization& q = header.quantization;
   q.planes = static_cast<std::uint8_t>(options.bitplanes);
   if (!(diagonal > 0)) diagonal = 1;
+  diagonal = std::max(diagonal, kLeastDiagonal * farthest);
   const double largest = std::max(largest_detail(hierarchy, q, details), kLeastDetail * diagonal);
   if (!std::isfinite(diagonal) || !std::isfinite(largest) || largest < kLeastLargest) {
     throw GeometryError(fmt::format("positions of a size of {:g} are outside of what can be coded",
@@ -63,6 +69,9 @@ ArchiveHeader choose_header(const SubdivisionHierarchy& hierarchy, const EncodeO
   Box3 box;
   for (const Vec3& p : details.first(hierarchy.vertices(0))) box.add(p);
   const double cell = header.grid().cell;
+  if (!(box.diagonal() < kMostCells * cell)) {
+    throw GeometryError("the coarsest level of the mesh is far larger than the mesh");
+  }
   const auto down = [&](double x) { return std::floor(x / cell) * cell; };
   header.origin = {down(box.low.x), down(box.low.y), down(box.low.z)};
   return header;
@@ -92,7 +101,8 @@ store::Bytes encode_mesh(SemiRegularMesh mesh, const EncodeOptions& options, Mem
   Box3 box;
   for (const Vec3& p : mesh.position) box.add(p);
   to_details(hierarchy, options.wavelet, mesh.position, options.progress);
-  const ArchiveHeader header = choose_header(hierarchy, options, box.diagonal(), mesh.position);
+  const ArchiveHeader header = choose_header(
+      hierarchy, options, box.diagonal(), std::max(norm(box.low), norm(box.high)), mesh.position);
   const store::Bytes base = encode_base_vertices(hierarchy, header.grid(), mesh.position);
   store::Bytes geometry;
   {
