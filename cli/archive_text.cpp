@@ -15,6 +15,10 @@ namespace {
 
 constexpr std::array<std::string_view, 3> kWavelets = {"butterfly", "butterfly-lifted", "loop"};
 
+std::string_view name_of(codec::SignalKind kind) {
+  return kind == codec::SignalKind::kColour ? "colour" : "normal";
+}
+
 }  // namespace
 
 std::vector<std::string> wavelet_names() {
@@ -38,9 +42,12 @@ std::string archive_table(const pipeline::ArchiveSummary& s, const std::filesyst
   text += fmt::format("base      {}, {}: {} bytes\n", counted(h.base_vertices, "vertex"),
                       counted(h.base_faces, "face"), with_commas(h.base_bytes));
   text += fmt::format("level     {}: {}\n", h.levels, counted(s.faces, "face"));
-  text += fmt::format("details   {} wavelets, {} bitplanes: {} bytes\n",
-                      name_of(h.quantization.wavelet), h.quantization.planes,
-                      with_commas(h.geometry_bytes));
+  text += fmt::format("details   {} wavelets, {} bitplanes: {} bytes\n", name_of(h.wavelet),
+                      h.quantization.planes, with_commas(h.geometry_bytes));
+  for (const codec::SignalHeader& signal : s.signals) {
+    text += fmt::format("{:<10}{} bitplanes: {} bytes\n", name_of(signal.kind),
+                        signal.quantization.planes, with_commas(signal.bytes));
+  }
   text += fmt::format("prefixes  from {} bytes on can be decoded\n", with_commas(s.least_bytes));
   if (s.points.empty()) return text;
   text += fmt::format("\n{:>12} {:>10} {:>12}\n", "bytes", "PSNR", "L2");
@@ -59,12 +66,18 @@ std::string archive_json(const pipeline::ArchiveSummary& s, const std::filesyste
   json["bytes"] = s.bytes;
   json["complete_bytes"] = s.complete_bytes;
   json["least_bytes"] = s.least_bytes;
-  json["wavelet"] = name_of(h.quantization.wavelet);
+  json["wavelet"] = name_of(h.wavelet);
   json["bitplanes"] = h.quantization.planes;
   json["level"] = h.levels;
   json["faces"] = s.faces;
   json["base"] = {{"vertices", h.base_vertices}, {"faces", h.base_faces}, {"bytes", h.base_bytes}};
   json["details"] = {{"bytes", h.geometry_bytes}};
+  json["attributes"] = nlohmann::ordered_json::array();
+  for (const codec::SignalHeader& signal : s.signals) {
+    json["attributes"].push_back({{"name", name_of(signal.kind)},
+                                  {"bitplanes", signal.quantization.planes},
+                                  {"bytes", signal.bytes}});
+  }
   json["rate_distortion"] = nlohmann::ordered_json::array();
   for (const codec::RatePoint& p : s.points) {
     json["rate_distortion"].push_back({{"bytes", p.bytes}, {"psnr", p.psnr_db}});

@@ -53,6 +53,7 @@ std::string to_json(const MeshCheck& c, const std::filesystem::path& path) {
       {"nonmanifold_vertices", c.defects.nonmanifold_vertices},
   };
   json["places"] = {
+      {"nonfinite_vertices", c.nonfinite},
       {"duplicate_faces", c.places.duplicate_faces},
       {"nonmanifold_edges", list_of(c.places.nonmanifold_edges)},
       {"misoriented_edges", list_of(c.places.misoriented_edges)},
@@ -97,11 +98,9 @@ std::string defect_line(std::uint64_t count, const char* noun, const char* what,
 
 std::string defect_lines(const MeshCheck& c) {
   std::string text;
-  if (c.repairs.nonfinite_vertices > 0) {
-    text += fmt::format("          {} not finite, in {}\n",
-                        counted(c.repairs.nonfinite_vertices, "vertex"),
-                        counted(c.repairs.nonfinite_faces, "face"));
-  }
+  const std::string what =
+      fmt::format("not finite, in {}", counted(c.repairs.nonfinite_faces, "face"));
+  text += defect_line(c.repairs.nonfinite_vertices, "vertex", what.c_str(), c.nonfinite);
   if (c.repairs.degenerate_faces > 0)
     text += fmt::format("          {} with a vertex twice\n",
                         counted(c.repairs.degenerate_faces, "face"));
@@ -134,6 +133,11 @@ std::string to_table(const MeshCheck& c, const std::filesystem::path& path) {
   } else {
     text += fmt::format("repair    turns {}, adds {}", counted(c.repairs.flipped_faces, "face"),
                         counted(c.repairs.split_vertices, "copied vertex"));
+    if (c.repairs.nonfinite_vertices > 0) {
+      text += fmt::format(", drops {} and {} with them",
+                          counted(c.repairs.nonfinite_vertices, "vertex"),
+                          counted(c.repairs.nonfinite_faces, "face"));
+    }
   }
   if (c.repairs.welded_vertices > 0)
     text += fmt::format("; {} welded", counted(c.repairs.welded_vertices, "vertex"));

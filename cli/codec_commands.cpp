@@ -10,6 +10,7 @@
 #include "number_text.h"
 #include "options.h"
 #include "progress_bar.h"
+#include "remaps/base/errors.h"
 #include "remaps/pipeline/codec_files.h"
 #include "standard_output.h"
 
@@ -143,6 +144,21 @@ void add_codec_commands(CLI::App& program, Action& action) {
                                     kMostBytes);
   add_decibels(encode_verb, "--target-psnr", o.target_psnr,
                "End the archive where it reaches this PSNR: 20 log10(diagonal / L2 error)");
+  encode_verb
+      .add_option_function<std::string>(
+          "--attributes",
+          [&o](const std::string& text) {
+            try {
+              o.attributes = AttributeChoice(text);
+            } catch (const InputError& error) {
+              throw CLI::ValidationError("--attributes", error.what());
+            }
+          },
+          "Colours and normals of vertices to be coded: all, none or names; by default colours. Of "
+          "--max-bytes they get a third")
+      ->type_name("LIST");
+  add_small(encode_verb, "--attribute-bitplanes", o.attribute_bitplanes, 30,
+            "Bits of attributes: 8 is all that a colour of 8 bits has");
   encode_verb.add_flag("--no-measure", e->no_measure,
                        "Leave the rate-distortion table out, which takes most of the time");
   add_samples(encode_verb, o.samples);

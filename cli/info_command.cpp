@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <vector>
@@ -27,6 +28,7 @@ struct Arguments {
 
 struct MeshInfo {
   std::uint64_t bytes = 0, vertices = 0, faces = 0;
+  std::uint64_t nonfinite = 0;  // vertices, which the box leaves out
   Box3 box;
   bool is_float = false;
   std::vector<AttributeSpec> attributes;
@@ -41,7 +43,10 @@ MeshInfo read_mesh(const std::filesystem::path& path, Progress& progress) {
   progress.begin("vertices");
   reader->read_positions([&](std::span<const Vec3> positions) {
     info.vertices += positions.size();
-    for (const Vec3& p : positions) info.box.add(p);
+    for (const Vec3& p : positions) {
+      info.box.add(p);  // passes by NaN
+      info.nonfinite += std::isnan(p.x);
+    }
     advance();
   });
   info.is_float = reader->positions_are_float();
@@ -88,6 +93,7 @@ std::string to_json(const MeshInfo& info, const std::filesystem::path& path) {
   json["path"] = path.string();
   json["bytes"] = info.bytes;
   json["vertices"] = info.vertices;
+  json["nonfinite_vertices"] = info.nonfinite;
   json["faces"] = info.faces;
   json["faces_share_vertices"] = !info.is_soup;
   json["coordinates"] = info.is_float ? "float" : "double";
@@ -108,6 +114,10 @@ std::string to_table(const MeshInfo& info, const std::filesystem::path& path) {
   std::string text = fmt::format("{}: {}\n", path.string(), bytes_text(info.bytes));
   text += fmt::format("vertices  {}, coordinates are {}\n", with_commas(info.vertices),
                       info.is_float ? "float" : "double");
+  if (info.nonfinite > 0) {
+    text += fmt::format("          {} not finite, to be dropped with {} faces when remeshed\n",
+                        counted(info.nonfinite, "vertex"), info.nonfinite == 1 ? "its" : "their");
+  }
   if (info.is_soup) text += "          one a corner: those at one place become one when remeshed\n";
   text += fmt::format("faces     {}, as triangles\n", with_commas(info.faces));
   if (!info.attributes.empty()) text += "carries   " + to_text(info.attributes) + "\n";

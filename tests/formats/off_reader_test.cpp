@@ -64,12 +64,21 @@ TEST_F(Off, RefusesMalformedLinesByNumber) {
   expect_refused("a.off", "OFF\n9000000000000000000 1 0\n", {"9000000000000000000 vertices"});
   expect_refused("a.off", head + "0 0\n1 0 0 1\n1 1 0 1\n0 1 0\n3 0 1 2\n",
                  {"line 3:", "three coordinates"});
-  expect_refused("a.off", head + "0 0 inf\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n", {"line 3:", "finite"});
   expect_refused("a.off", head + kVertices + "3 0 1 4\n", {"line 7:", "below 4", "found 4"});
   expect_refused("a.off", head + kVertices + "3 0 1 -1\n", {"line 7:", "found -1"});
   expect_refused("a.off", head + kVertices + "2 0 1    \n", {"line 7:", "found 2"});
   expect_refused("a.off", head + kVertices + "4 0 1 2\n3\n", {"line 7:", "expected 4", "found 3"});
   expect_refused("a.off", head + kVertices + "# no faces\n", {"line 8:", "face 0 of 1"});
+}
+
+TEST_F(Off, ReadsACountRightBehindTheKeyword) {
+  for (const std::string head : {"\t  OFF4 1 0 # or nah\n", "OFF4\n1 0\n", "OFF4 1\n"}) {
+    const MeshContent mesh = read_bytes("a.off", head + kVertices + "4 0 1 2 3\n");
+    EXPECT_EQ(mesh.positions.size(), 4U);
+    EXPECT_EQ(mesh.triangles, kSquareFan);
+  }
+  expect_refused("a.off", "OFFX4 1 0\n" + kVertices, {"line 1:", "'OFFX4'"});
+  expect_refused("a.off", "OFF4x 1 0\n" + kVertices, {"line 1:", "'4x'"});
 }
 
 TEST_F(Off, RefusesEveryTruncation) {

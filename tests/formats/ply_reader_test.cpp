@@ -82,9 +82,9 @@ TEST_F(Ply, ReadsBigEndianDoubles) {
   std::string bytes = header("binary_big_endian",
                              "element vertex 1\nproperty double x\nproperty float64 y\n"
                              "property double z\n");
-  for (const double c : {0.1, -2.5, 1e300}) append(bytes, c, std::endian::big);
+  for (const double c : {0.1, -2.5, 1e-300}) append(bytes, c, std::endian::big);
   const MeshContent mesh = read_bytes("b.ply", bytes);
-  EXPECT_EQ(mesh.positions, (std::vector<Vec3>{{0.1, -2.5, 1e300}}));
+  EXPECT_EQ(mesh.positions, (std::vector<Vec3>{{0.1, -2.5, 1e-300}}));
   EXPECT_FALSE(mesh.positions_are_float);
 }
 

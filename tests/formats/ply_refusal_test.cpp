@@ -51,10 +51,7 @@ TEST_F(PlyRefusal, QuotesTheFileShortAndWithoutControlCharacters) {
 TEST_F(PlyRefusal, NamesLineAndValueInText) {
   const std::string head = triangle_header(kAscii);
   expect_refused("a.ply", head + "0 0 0\n1 0 zero\n0 1 0\n3 0 1 2\n", {"line 11:", "'zero'"});
-  expect_refused("a.ply", head + "0 0 0\n1 0 nan\n0 1 0\n3 0 1 2\n",
-                 {"line 11:", "vertex 1 of 3", "coordinate z", "nan"});
-  expect_refused("a.ply", head + "0 0 0\n1 0 -inf\n0 1 0\n3 0 1 2\n", {"line 11:", "-inf"});
-  expect_refused("a.ply", head + "0 0 0\n1 0 1e39\n0 1 0\n3 0 1 2\n", {"line 11:", "1e39"});
+  expect_refused("a.ply", head + "0 0 0\n1 0 1.#TWO\n0 1 0\n3 0 1 2\n", {"line 11:", "'1.#TWO'"});
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
                  {"line 13:", "face 0 of 1", "below 3", "found 3"});
   expect_refused("a.ply", head + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", {"line 13:", "found -1"});
@@ -72,8 +69,6 @@ TEST_F(PlyRefusal, NamesByteAndValueInBinary) {
   EXPECT_NO_THROW(read_bytes("b.ply", binary_triangle({0, 1, 2})));
   expect_refused("b.ply", binary_triangle({0, 3, 2}), {byte(data + 41), "face 0 of 1", "found 3"});
   expect_refused("b.ply", binary_triangle({0, 1, -1}), {byte(data + 45), "found -1"});
-  expect_refused("b.ply", binary_triangle({0, 1, 2}, std::numeric_limits<float>::quiet_NaN()),
-                 {byte(data), "vertex 0 of 3", "coordinate x", "nan"});
   std::string two = binary_triangle({0, 1, 2});
   two[data + 36] = 2;
   expect_refused("b.ply", two, {byte(data + 36), "found 2"});

@@ -2,9 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <limits>
 #include <random>
 #include <string>
+#include <string_view>
 
 #include "remaps/base/errors.h"
 #include "support/remesh_job.h"
@@ -54,6 +59,22 @@ TEST_F(BundleTest, ReadsBackAManifest) {
   EXPECT_EQ(back.segments, m.segments);
   EXPECT_EQ(back.map_checksum, m.map_checksum);
   EXPECT_EQ(back.base_checksum, m.base_checksum);
+}
+
+TEST_F(BundleTest, RefusesABaseThatIsNotFinite) {
+  std::ifstream file(path_ / "base.ply", std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const std::string_view end = "end_header\n";
+  std::memcpy(bytes.data() + bytes.find(end) + end.size() + 16, &nan, sizeof nan);
+  put_back("base.ply", bytes);
+  try {
+    Bundle bundle(path_);
+    ADD_FAILURE() << "was read";
+  } catch (const CorruptionError& error) {
+    EXPECT_NE(std::string(error.what()).find("base.ply: vertex 1 is not finite"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(BundleTest, RefusesWhatIsNoBundle) {

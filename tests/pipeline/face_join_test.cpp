@@ -77,7 +77,7 @@ class FaceJoinTest : public test::TempFiles {
 
 TEST_F(FaceJoinTest, BringsFacesAndCornersWhereTheyBelongWithAnyNumberOfRanges) {
   const Content good = expected();
-  VertexSpool spool(directory() / "spool");
+  VertexSpool spool(directory() / "spool", budget_);
   const auto reader = open_mesh_reader(directory() / "in.ply");
   spool.fill(*reader, nullptr, [](double) {});
   for (const std::uint64_t bytes : {1u << 20, 40'000u, 9'000u, 2'000u}) {

@@ -46,7 +46,7 @@ TEST_F(VertexSpoolTest, ReadsBackPositionsFromAnywhere) {
   for (const char* name : {"in.ply", "in.obj"}) {
     const auto reader = open_mesh_reader(directory() / name);
     PositionSample sample(100);
-    VertexSpool spool(path());
+    VertexSpool spool(path(), budget_);
     spool.fill(*reader, &sample, [](double) {});
     EXPECT_EQ(std::filesystem::exists(path()), std::string(name) == "in.obj")
         << "a PLY of floats needs no copy";
@@ -79,7 +79,7 @@ TEST_F(VertexSpoolTest, MovesTheOriginOfSurveysSoThatFloatsSuffice) {
   for (int i = 0; i < 1000; ++i)
     position.push_back({4'500'000 + offset(random), 600'000 + offset(random), offset(random)});
   const auto reader = write_obj_and_open(position);
-  VertexSpool spool(path());
+  VertexSpool spool(path(), budget_);
   spool.fill(*reader, nullptr, [](double) {});
   EXPECT_NE(spool.origin(), Vec3{});
   std::vector<Vec3f> stored(position.size());
@@ -91,15 +91,53 @@ TEST_F(VertexSpoolTest, MovesTheOriginOfSurveysSoThatFloatsSuffice) {
 
 TEST_F(VertexSpoolTest, KeepsTheOriginOfWhatLiesNearZero) {
   const auto reader = write_obj_and_open({{10, 0, 0}, {11, 0.1, 0}, {10, 1, 0}});
-  VertexSpool spool(path());
+  VertexSpool spool(path(), budget_);
   spool.fill(*reader, nullptr, [](double) {});
   EXPECT_EQ(spool.origin(), Vec3{});
+}
+
+TEST(VertexRuns, HoldWhatWasAddedAndPayForIt) {
+  MemoryBudget budget(std::uint64_t{8} << 20);
+  {
+    VertexRuns runs;
+    std::vector<bool> in(1'000);
+    std::mt19937_64 random(4);
+    for (VertexId v = 0; v < in.size(); ++v) {
+      in[v] = v > 3 && random() % 3 != 0;
+      if (in[v]) runs.add(v, budget);
+    }
+    EXPECT_EQ(runs.size(), std::uint64_t(std::count(in.begin(), in.end(), true)));
+    for (VertexId v = 0; v < in.size(); ++v) ASSERT_EQ(runs.contains(v), in[v]) << v;
+    EXPECT_FALSE(runs.contains(1'000'000));
+    const std::vector<VertexId> first = runs.first(3);
+    ASSERT_EQ(first.size(), 3u);
+    EXPECT_TRUE(in[first[0]] &&
+                std::count(in.begin(), in.begin() + std::ptrdiff_t(first[0]), true) == 0);
+    EXPECT_EQ(budget.available(), budget.total());
+    EXPECT_EQ(VertexRuns().first(3).size(), 0u);
+  }
+  VertexRuns run;
+  for (VertexId v = 0; v < 5'000'000; ++v) run.add(v, budget);
+  EXPECT_EQ(budget.available(), budget.total()) << "a run is a run, however long";
+  {
+    VertexRuns many;
+    for (VertexId v = 0; v < 200'000; ++v) many.add(2 * v, budget);
+    EXPECT_LT(budget.available() + (std::uint64_t{3} << 20), budget.total());
+    EXPECT_TRUE(many.contains(399'998));
+    EXPECT_FALSE(many.contains(399'999));
+    EXPECT_THROW(
+        {
+          for (VertexId v = 200'000; v < 2'000'000; ++v) many.add(2 * v, budget);
+        },
+        BudgetError);
+  }
+  EXPECT_EQ(budget.available(), budget.total());
 }
 
 TEST_F(VertexSpoolTest, LooksUpAnyOrderThroughASmallCache) {
   const test::MeshLists mesh = test::scan(BaseShape::kIcosahedron, 30'000);
   const auto reader = write_and_open(mesh);
-  VertexSpool spool(path());
+  VertexSpool spool(path(), budget_);
   PositionSample sample(1000);
   spool.fill(*reader, &sample, [](double) {});
   const SpaceCut cut(sample.kept(), 7, 0);
@@ -123,7 +161,7 @@ TEST_F(VertexSpoolTest, LooksUpAnyOrderThroughASmallCache) {
 TEST_F(VertexSpoolTest, StreamsTrianglesAgainAndAgain) {
   const test::MeshLists mesh = test::scan(BaseShape::kDisk, 20'000, true);
   const auto reader = write_and_open(mesh);
-  VertexSpool spool(path());
+  VertexSpool spool(path(), budget_);
   spool.fill(*reader, nullptr, [](double) {});
   VertexLookup lookup(spool, nullptr, 0, budget_);
   const Vec3 shift{1, 2, 3};
@@ -150,7 +188,7 @@ TEST_F(VertexSpoolTest, CutsConcavePolygonsOfAllFormats) {
   std::string obj = "v 0 0 0\nv 4 0 0\nv 1 1 0\nv 0 4 0\nv -1 2 0\nf 2 3 4 1\nf 1 4 5\n";
   for (const std::string& bytes : {ply + corners + lists, "OFF 5 2 0\n" + corners + lists, obj}) {
     const auto reader = open_mesh_reader(make_file("dart", bytes));
-    VertexSpool spool(path());
+    VertexSpool spool(path(), budget_);
     spool.fill(*reader, nullptr, [](double) {});
     std::vector<Triangle> triangles;
     const auto read = [&] {
@@ -189,7 +227,7 @@ TEST_F(VertexSpoolTest, CutsPolygonsOfAnyLength) {
     for (std::size_t i = 1; i <= n; ++i) out << ' ' << i;
     out.close();
     const auto reader = open_mesh_reader(directory() / "long.obj");
-    VertexSpool spool(path());
+    VertexSpool spool(path(), budget_);
     spool.fill(*reader, nullptr, [](double) {});
     const PolygonCutting cutting(*reader, spool, 0, budget_);
     std::size_t triangles = 0;

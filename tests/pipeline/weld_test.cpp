@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "pipeline/welded_lists.h"
@@ -160,6 +161,34 @@ TEST_F(Weld, JoinsNearVerticesByDefinition) {
     for (const std::uint64_t memory : {kTiny, kAmple}) {
       for (const bool is_float : {true, false})
         expect_same(weld(mesh, distance, memory, is_float), expected);
+    }
+  }
+}
+
+TEST_F(Weld, JoinsNoVertexThatIsNotFinite) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  MeshLists mesh = soup_of(test::scan(BaseShape::kTorus, 3'000));
+  const std::size_t finite = expected_of(mesh, equal_roots(mesh)).position.size();
+  std::vector<VertexId> wild;
+  for (VertexId v = 1; v < mesh.position.size(); v += 97) {
+    // Each place of the torus has several vertices: one of them stays.
+    mesh.position[v] = v % 2 == 0 ? Vec3{std::nan(""), 0, 0} : Vec3{0, infinity, -infinity};
+    wild.push_back(v);
+  }
+  for (const double distance : {0.0, 1e-9}) {
+    for (const std::uint64_t memory : {kTiny, kAmple}) {
+      for (const bool is_float : {true, false}) {
+        const MeshLists welded = weld(mesh, distance, memory, is_float);
+        ASSERT_EQ(welded.triangle.size(), mesh.triangle.size());
+        EXPECT_EQ(welded.position.size(), finite + wild.size());
+        std::size_t found = 0;
+        for (const Vec3& p : welded.position) found += !std::isfinite(p.x + p.y + p.z);
+        EXPECT_EQ(found, wild.size());
+        for (const VertexId v : wild) {
+          const Vec3& p = welded.position[welded.triangle[v / 3][v % 3]];
+          EXPECT_FALSE(std::isfinite(p.x + p.y + p.z));
+        }
+      }
     }
   }
 }

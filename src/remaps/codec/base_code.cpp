@@ -170,7 +170,7 @@ class GivenMesh {
 /// highest.
 class DifferenceCoder {
  public:
-  DifferenceCoder() : length_({kLengths}, 1, 60), bit_({kLengths * 4}, 1, 250) {}
+  DifferenceCoder() : length_({kLengths}, 1), bit_({kLengths * 4}, 1) {}
 
   template <class Coder>
   std::int32_t code(Coder& coder, std::int32_t value) {
@@ -302,10 +302,10 @@ class BaseCoder {
   std::uint32_t vertices_, faces_;
   GrowingMesh mesh_;
   std::vector<GridPoint> position_;
-  MixedBit<1> exists_{{144}, 1, 250};
-  MixedBit<2> kind_{{288, 24}, 1, 120};
-  MixedBit<1> before_{{288}, 1, 120};
-  MixedBit<1> after_{{288}, 1, 120};
+  MixedBit<1> exists_{{144}, 1};
+  MixedBit<2> kind_{{288, 24}, 1};
+  MixedBit<1> before_{{288}, 1};
+  MixedBit<1> after_{{288}, 1};
   DifferenceCoder difference_;
 };
 

@@ -26,9 +26,9 @@ const Logistic& Logistic::tables() {
   return logistic;
 }
 
-const std::array<std::uint32_t, 256> AdaptiveBit::kStep = [] {
-  std::array<std::uint32_t, 256> step{};
-  for (std::uint32_t n = 0; n < 256; ++n) step[n] = (2 << 16) / (2 * n + 3);
+const std::array<std::uint32_t, AdaptiveBit::kSlowest + 1> AdaptiveBit::kStep = [] {
+  std::array<std::uint32_t, kSlowest + 1> step{};
+  for (std::uint32_t n = 0; n <= kSlowest; ++n) step[n] = (2 << 16) / (2 * n + 3);
   return step;
 }();
 

@@ -29,17 +29,18 @@ class Logistic {
 class AdaptiveBit {
  public:
   std::uint32_t probability16() const { return state_ >> 16; }
-  void learn(bool bit, std::uint32_t limit) {
+  void learn(bool bit) {
     const std::uint32_t count = state_ & 0xFF, p = state_ >> 8;
     const std::uint32_t step = kStep[count];
     const std::uint32_t next =
         bit ? p + static_cast<std::uint32_t>((std::uint64_t{0xFFFFFF - p} * step) >> 16)
             : p - static_cast<std::uint32_t>((std::uint64_t{p} * step) >> 16);
-    state_ = next << 8 | std::min(count + 1, limit);
+    state_ = next << 8 | std::min(count + 1, kSlowest);
   }
 
  private:
-  static const std::array<std::uint32_t, 256> kStep;  // 2^16 / (count + 1.5)
+  static constexpr std::uint32_t kSlowest = 120;
+  static const std::array<std::uint32_t, kSlowest + 1> kStep;  // 2^16 / (count + 1.5)
 
   std::uint32_t state_ = 0x80000000u;  // 24 bits of probability, 8 of count
 };
@@ -51,8 +52,7 @@ class MixedBit {
  public:
   /// @param contexts  (Inputs) number of contexts of each
   /// @param sets      number of sets of weights
-  MixedBit(const std::array<std::size_t, Inputs>& contexts, std::size_t sets, std::uint32_t limit)
-      : limit_(limit), weights_(sets) {
+  MixedBit(const std::array<std::size_t, Inputs>& contexts, std::size_t sets) : weights_(sets) {
     for (std::size_t i = 0; i < Inputs; ++i) bits_[i].resize(contexts[i]);
     for (auto& w : weights_) w.fill(kFirst);
   }
@@ -73,8 +73,8 @@ class MixedBit {
     if (Coder::kDecodes && coder.ended()) return false;
     const int error = (bit ? 65535 : 0) - static_cast<int>(p);
     for (std::size_t i = 0; i < Inputs; ++i) {
-      weight[i] += (logit[i] * error + (1 << 17)) >> kRate;
-      bits_[i][context[i]].learn(bit, limit_);
+      weight[i] += (logit[i] * error + (1 << (kRate - 1))) >> kRate;
+      bits_[i][context[i]].learn(bit);
     }
     return bit;
   }
@@ -83,9 +83,8 @@ class MixedBit {
   static constexpr std::int32_t kOne = 1 << 16;
   /// A little more than an average: contexts that agree make each other surer.
   static constexpr std::int32_t kFirst = Inputs == 1 ? kOne : kOne * 5 / (4 * std::int32_t{Inputs});
-  static constexpr int kRate = 14;
+  static constexpr int kRate = 15;
 
-  std::uint32_t limit_;
   std::array<std::vector<AdaptiveBit>, Inputs> bits_;
   std::vector<std::array<std::int32_t, Inputs>> weights_;
 };

@@ -23,15 +23,15 @@ class BitplaneCoder {
         coder_(coder),
         known_(known),
         target_(target),
-        significance_({kMostLevels * kGroups * 16 * 6, kMostLevels * kGroups * 256,
+        significance_({kMostLevels * kGroups * 96, kMostLevels * kGroups * 256,
                        hierarchy.base().size() * kGroups * 4, 4096},
-                      kMostLevels * kGroups, 250),
-        tree_({kMostLevels * kGroups * 16 * 6, kMostLevels * kGroups * 256,
+                      kMostLevels * kGroups),
+        tree_({kMostLevels * kGroups * 96, kMostLevels * kGroups * 256,
                hierarchy.base().size() * kGroups * 4},
-              kMostLevels * kGroups, 250),
-        sign_({27 * kGroups * 2, kMostLevels * 9}, kGroups, 250),
-        refinement_({kMostLevels * kGroups * 6, 64 * kGroups}, kGroups, 250),
-        base_bit_({64 * 4}, 1, 250) {
+              kMostLevels * kGroups),
+        sign_({9 * kGroups, kMostLevels * 9}, kGroups),
+        refinement_({kMostLevels * kGroups * 6, 64 * kGroups}, kGroups),
+        base_bit_({32 * 4}, 1) {
     known_.resize(hierarchy.vertices());
     for (auto& p : known_.plane) p.fill(static_cast<std::uint8_t>(planes));
     open_.assign(hierarchy.vertices(), 0);
@@ -148,11 +148,9 @@ class BitplaneCoder {
     if (coder_.ended()) return false;
     history_[group_] = history_[group_] << 1 | (bit ? 1u : 0u);
     if (bit) {
-      const bool negative = sign_.code(
-          coder_, target_sign(v, c),
-          {((sign_around(v, c) * 3 + sign_of(parent_vertex_, c)) * 3 + 0) * kGroups + group_,
-           level_ * 9 + sign_around(v, c) * 3 + sign_of(parent_vertex_, c)},
-          group_);
+      const std::size_t signs = sign_around(c) * 3 + (level_ > 1 ? sign_of(parent_vertex_, c) : 0);
+      const bool negative = sign_.code(coder_, target_sign(v, c),
+                                       {signs * kGroups + group_, level_ * 9 + signs}, group_);
       if (coder_.ended()) return false;
       set_sign(v, c, negative);
     }
@@ -224,19 +222,17 @@ class BitplaneCoder {
                  [&](std::uint32_t child) { active_[group_][level_ + 1].push_back(child); });
   }
 
+  /// 0: none yet, 1: negative, 2: positive.
   std::size_t sign_of(std::uint32_t v, unsigned c) const {
-    if (level_ < 2 && v == 0) return 0;
-    return sign_here(v, c);
-  }
-  std::size_t sign_here(std::uint32_t v, unsigned c) const {
     if (known_.magnitude[v][c] == 0) return 0;
     return (known_.negative[v] >> c & 1) != 0 ? 1 : 2;
   }
-  std::size_t sign_around(std::uint32_t, unsigned c) const {
+  /// That of most neighbours.
+  std::size_t sign_around(unsigned c) const {
     int sum = 0;
     for (const std::uint32_t n : neighbour_) {
-      const std::size_t s = sign_here(n, c);
-      sum += s == 0 ? 0 : s == 1 ? -1 : 1;
+      const std::size_t sign = sign_of(n, c);
+      sum += sign == 0 ? 0 : sign == 1 ? -1 : 1;
     }
     return sum == 0 ? 0 : sum < 0 ? 1 : 2;
   }

@@ -12,11 +12,6 @@ double component(const Vec3& v, unsigned c) {
   return c == 0 ? v.x : c == 1 ? v.y : v.z;
 }
 
-Vec3 cell_centre(const Quantization& q, const std::array<std::int32_t, 3>& cell) {
-  const double size = q.cell();
-  return q.origin + Vec3{(cell[0] + 0.5) * size, (cell[1] + 0.5) * size, (cell[2] + 0.5) * size};
-}
-
 /// Calls visit(vertex, level) for all vertices up to a level; the base is level 0.
 template <class Visit>
 void for_vertices(const SubdivisionHierarchy& hierarchy, unsigned level, Visit&& visit) {
@@ -63,35 +58,47 @@ void from_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet, unsign
   }
 }
 
-std::array<std::int32_t, 3> grid_cell(const Quantization& q, const Vec3& position) {
-  std::array<std::int32_t, 3> cell;
-  for (unsigned c = 0; c < 3; ++c) {
-    cell[c] = static_cast<std::int32_t>(
-        std::floor((component(position, c) - component(q.origin, c)) / q.cell()));
+std::array<std::int32_t, 3> BaseGrid::cell_of(const Vec3& position) const {
+  const Vec3 from_origin = position - origin;
+  const auto along = [&](double x) { return static_cast<std::int32_t>(std::floor(x / cell)); };
+  return {along(from_origin.x), along(from_origin.y), along(from_origin.z)};
+}
+
+Vec3 BaseGrid::centre_of(const std::array<std::int32_t, 3>& at) const {
+  return origin + Vec3{(at[0] + 0.5) * cell, (at[1] + 0.5) * cell, (at[2] + 0.5) * cell};
+}
+
+double largest_detail(const SubdivisionHierarchy& hierarchy, const Quantization& q,
+                      std::span<const Vec3> details) {
+  double largest = 0;
+  for (unsigned m = 1; m <= hierarchy.levels(); ++m) {
+    double first = 0, others = 0;
+    for (std::uint32_t v = hierarchy.vertices(m - 1); v < hierarchy.vertices(m); ++v) {
+      first = std::max(first, std::fabs(details[v].x));
+      others = std::max({others, std::fabs(details[v].y), std::fabs(details[v].z)});
+    }
+    largest = std::max({largest, first / q.step_of(m, 0), others / q.step_of(m, 1)});
   }
-  return cell;
+  return largest;
 }
 
 void quantize(const SubdivisionHierarchy& hierarchy, const Quantization& q,
-              std::span<const Vec3> details, Coefficients& coefficients) {
+              std::span<const Vec3> values, Coefficients& coefficients) {
   coefficients.resize(hierarchy.vertices());
   const auto most = static_cast<double>((std::uint64_t{1} << q.planes) - 1);
   for_vertices(hierarchy, hierarchy.levels(), [&](std::uint32_t v, unsigned m) {
-    const Vec3 value = m == 0 ? details[v] - cell_centre(q, grid_cell(q, details[v])) : details[v];
     for (unsigned c = 0; c < 3; ++c) {
-      const double steps = std::fabs(component(value, c)) / q.step_of(m, c);
+      const double value = component(values[v], c);
+      const double steps = std::fabs(value) / q.step_of(m, c);
       coefficients.magnitude[v][c] = static_cast<std::uint32_t>(std::min(steps, most));
-      if (component(value, c) < 0) {
-        coefficients.negative[v] |= static_cast<std::uint8_t>(1 << c);
-      }
+      if (value < 0) coefficients.negative[v] |= static_cast<std::uint8_t>(1 << c);
     }
   });
 }
 
 std::vector<Vec3> dequantize(const SubdivisionHierarchy& hierarchy, const Quantization& q,
-                             std::span<const std::array<std::int32_t, 3>> cells, unsigned level,
-                             const Coefficients& coefficients) {
-  std::vector<Vec3> details(hierarchy.vertices(level));
+                             unsigned level, const Coefficients& coefficients) {
+  std::vector<Vec3> values(hierarchy.vertices(level));
   for_vertices(hierarchy, level, [&](std::uint32_t v, unsigned m) {
     std::array<double, 3> value{};
     for (unsigned c = 0; c < 3; ++c) {
@@ -101,10 +108,9 @@ std::vector<Vec3> dequantize(const SubdivisionHierarchy& hierarchy, const Quanti
       value[c] = (magnitude + 0.5 * unknown) * q.step_of(m, c);
       if ((coefficients.negative[v] >> c & 1) != 0) value[c] = -value[c];
     }
-    details[v] = {value[0], value[1], value[2]};
-    if (m == 0) details[v] = details[v] + cell_centre(q, cells[v]);
+    values[v] = {value[0], value[1], value[2]};
   });
-  return details;
+  return values;
 }
 
 }  // namespace remaps::codec

@@ -39,7 +39,8 @@ SubdivisionHierarchy::SubdivisionHierarchy(std::uint32_t base_vertices, std::spa
     if (j + 1 < levels) split(level_[j], level_[j + 1]);
     finest_vertices_ = level_[j].vertices + level_[j].edges();
   }
-  mark_boundary();
+  mark_boundary(first);
+  for (unsigned j = 1; j < levels && !boundary_.empty(); ++j) mark_boundary(level_[j]);
 }
 
 void SubdivisionHierarchy::build_base(SubdivisionLevel& level, std::uint32_t vertices) {
@@ -155,17 +156,14 @@ void SubdivisionHierarchy::split(const SubdivisionLevel& coarse, SubdivisionLeve
   }
 }
 
-void SubdivisionHierarchy::mark_boundary() {
-  for (unsigned j = 0; j < levels(); ++j) {
-    const SubdivisionLevel& level = level_[j];
-    for (std::uint32_t e = 0; e < level.edges(); ++e) {
-      if (!level.twin_of(level.side[e]).none()) continue;
-      if (boundary_.empty()) boundary_.assign(finest_vertices_, 0);
-      boundary_[level.from(level.side[e])] = 1;
-      boundary_[level.to(level.side[e])] = 1;
-      boundary_[level.vertices + e] = 1;
-    }
-    if (boundary_.empty()) return;
+void SubdivisionHierarchy::mark_boundary(const SubdivisionLevel& level) {
+  for (std::uint32_t e = 0; e < level.edges(); ++e) {
+    const Side side = level.side[e];
+    if (!level.twin_of(side).none()) continue;
+    if (boundary_.empty()) boundary_.assign(finest_vertices_, 0);
+    boundary_[level.from(side)] = 1;
+    boundary_[level.to(side)] = 1;
+    if (levels() > 0) boundary_[level.vertices + e] = 1;
   }
 }
 

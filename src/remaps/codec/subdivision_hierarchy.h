@@ -90,7 +90,9 @@ class SubdivisionHierarchy {
   /// 4 and 2.
   std::uint32_t valence(std::uint32_t base_vertex) const { return valence_[base_vertex]; }
   /// Whether a vertex of any level lies on the boundary.
-  bool on_boundary(std::uint32_t vertex) const { return any_boundary_ && boundary_[vertex] != 0; }
+  bool on_boundary(std::uint32_t vertex) const {
+    return !boundary_.empty() && boundary_[vertex] != 0;
+  }
 
   /// A face of the finest level.
   Face finest_face(std::uint64_t number) const;
@@ -99,13 +101,12 @@ class SubdivisionHierarchy {
   void build_base(SubdivisionLevel& level, std::uint32_t vertices);
   void check_fans(const SubdivisionLevel& level) const;
   void split(const SubdivisionLevel& coarse, SubdivisionLevel& fine);
-  void mark_boundary();
+  void mark_boundary(const SubdivisionLevel& level);
 
   std::vector<Face> base_;
   std::vector<SubdivisionLevel> level_;
   std::vector<std::uint32_t> valence_;
   std::vector<std::uint8_t> boundary_;  // (vertices) empty if there is none
-  bool any_boundary_ = false;
   std::uint32_t finest_vertices_ = 0;
   Reservation memory_;
 };

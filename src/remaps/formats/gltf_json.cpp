@@ -191,7 +191,7 @@ std::uint64_t GltfValue::whole() const {
   // Some writers know one kind of number only: 3.0.
   const double value = json_->is_number() ? json_->get<double>() : -1;
   if (!(value >= 0 && value <= 0x1p53) || value != std::floor(value)) {
-    fail_expected("a whole number of at least 0");
+    fail_expected("a whole number from 0 to 2^53");
   }
   return static_cast<std::uint64_t>(value);
 }

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <limits>
 #include <type_traits>
@@ -12,13 +11,10 @@
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/gltf_scene.h"
+#include "remaps/formats/position_value.h"
 
 namespace remaps {
 namespace {
-
-bool is_finite(const Vec3& p) {
-  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
-}
 
 /// Turns three components into numbers. Normalized integers of n bits mean -1 to 1 or 0 to 1.
 template <class T>
@@ -159,10 +155,9 @@ class GltfReader final : public IndexedMeshReader {
     done_elements_ = 0;
   }
 
-  void read_part(const GltfScene::Part& part, ChunkEmitter<Vec3>& positions) {
-    const GltfAccessor& accessor = scene_.accessors[part.accessor];
-    const Affine& transform = scene_.transforms[part.transform];
-    const bool stays = transform.is_identity();
+  /// Calls visit(bytes of the element, its number) for all elements of an accessor.
+  template <class Visit>
+  void for_each_element(const GltfAccessor& accessor, Visit visit) {
     const std::size_t bytes = accessor.element_bytes();
     GltfElements elements(scene_.buffers, accessor, path_);
     for (;;) {
@@ -170,16 +165,20 @@ class GltfReader final : public IndexedMeshReader {
       const std::span<const char> chunk = elements.next();
       if (chunk.empty()) return;
       const std::size_t n = chunk.size() / bytes;
-      for (std::size_t i = 0; i < n; ++i) {
-        Vec3 p = load_point(chunk.data() + i * bytes, accessor.component, accessor.normalized);
-        if (!stays) p = transform.point(p);
-        if (!is_finite(p)) {
-          fail(accessor.place, first + i, "expected a finite position, found NaN or infinity");
-        }
-        positions.push(p);
-      }
+      for (std::size_t i = 0; i < n; ++i) visit(chunk.data() + i * bytes, first + i);
       done_elements_ += n;
     }
+  }
+
+  void read_part(const GltfScene::Part& part, ChunkEmitter<Vec3>& positions) {
+    const GltfAccessor& accessor = scene_.accessors[part.accessor];
+    const Affine& transform = scene_.transforms[part.transform];
+    const bool stays = transform.is_identity();
+    for_each_element(accessor, [&](const char* at, std::uint64_t) {
+      Vec3 p = load_point(at, accessor.component, accessor.normalized);
+      if (!stays) p = transform.point(p);
+      positions.push(has_position(p) ? p : kNotFinite);
+    });
   }
 
   void read_draw(const GltfScene::Draw& draw, ChunkEmitter<Triangle>& triangles) {
@@ -192,23 +191,14 @@ class GltfReader final : public IndexedMeshReader {
       return;
     }
     const GltfAccessor& accessor = scene_.accessors[*primitive.indices];
-    const std::size_t bytes = accessor.element_bytes();
-    GltfElements elements(scene_.buffers, accessor, path_);
-    for (;;) {
-      const std::uint64_t first = elements.position();
-      const std::span<const char> chunk = elements.next();
-      if (chunk.empty()) return;
-      const std::size_t n = chunk.size() / bytes;
-      for (std::size_t i = 0; i < n; ++i) {
-        const std::uint64_t v = load_index(chunk.data() + i * bytes, accessor.component);
-        if (v >= vertices) {
-          fail(fmt::format("{}.indices: {}", primitive.place, accessor.place), first + i,
-               fmt::format("expected a vertex index below {}, found {}", vertices, v));
-        }
-        maker.corner(draw.first + v);
+    for_each_element(accessor, [&](const char* at, std::uint64_t number) {
+      const std::uint64_t v = load_index(at, accessor.component);
+      if (v >= vertices) {
+        fail(fmt::format("{}.indices: {}", primitive.place, accessor.place), number,
+             fmt::format("expected a vertex index below {}, found {}", vertices, v));
       }
-      done_elements_ += n;
-    }
+      maker.corner(draw.first + v);
+    });
   }
 
   [[noreturn]] void fail(const std::string& place, std::uint64_t element,

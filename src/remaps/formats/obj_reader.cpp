@@ -159,8 +159,11 @@ class ObjReader final : public IndexedMeshReader {
       colour.fill(0);
       std::size_t number = 0;
       while (number < 3 + colours_ && lines.next_value()) {
-        const double value = lines.scanner().real();
-        if (number >= 3) colour[number - 3] = value;
+        if (number < 3) {
+          lines.scanner().coordinate();
+        } else {
+          colour[number - 3] = lines.scanner().real();
+        }
         ++number;
       }
       rows.push(std::span(colour).first(colours_));

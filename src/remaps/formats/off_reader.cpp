@@ -170,7 +170,7 @@ class OffReader final : public IndexedMeshReader {
     OffLines lines = rewind(vertices_offset_);
     expect_line(lines, "vertex", 0, vertices_);
     for (std::size_t i = 0; i < (has_normals_ ? 6U : 3U) && lines.next_value(); ++i) {
-      lines.scanner().real();
+      lines.scanner().coordinate();
     }
     Rest rest = look_at_rest(lines);
     if (has_texture_ && rest.numbers >= 2) {
@@ -217,10 +217,9 @@ class OffReader final : public IndexedMeshReader {
     pass_ = {source_.file_offset(), source_.file_size()};
     RowEmitter rows(vertex_numbers_, sink);
     std::vector<double> values(vertex_numbers_);
-    std::array<double, 3> position{};
     for (std::uint64_t i = 0; i < vertices_; ++i, lines.end_line()) {
       expect_line(lines, "vertex", i, vertices_);
-      read_values(lines, position);
+      for (int axis = 0; axis < 3 && lines.next_value(); ++axis) lines.scanner().coordinate();
       read_values(lines, values);
       rows.push(values);
     }
@@ -262,10 +261,24 @@ class OffReader final : public IndexedMeshReader {
     check_counts();
   }
 
+  /// Some files have the number of vertices right behind it: "OFF8 6 12".
+  static std::string take_keyword(TextScanner& scanner) {
+    constexpr std::size_t kLongest = 8;
+    std::string letters;
+    while (letters.size() < kLongest && scanner.peek(letters.size()) >= 'A' &&
+           scanner.peek(letters.size()) <= 'Z') {
+      letters += scanner.peek(letters.size());
+    }
+    const char next = scanner.peek(letters.size());
+    if (!letters.ends_with("OFF") || next < '0' || next > '9') return std::string(scanner.word());
+    scanner.consume(letters.size());
+    return letters;
+  }
+
   /// Accepts OFF with the prefixes ST, C and N: what they announce comes after the position:
   /// normal, colour, texture coordinates.
   void check_keyword(TextScanner& scanner) {
-    const std::string found(scanner.word());
+    const std::string found = take_keyword(scanner);
     std::string_view word = found;
     const auto announces = [&word](std::string_view prefix) {
       const bool starts = word.starts_with(prefix);

@@ -91,6 +91,11 @@ double PlyTextCursor::real(PlyType type) {
   return type == PlyType::float32 ? static_cast<double>(scanner_.real_float()) : scanner_.real();
 }
 
+double PlyTextCursor::coordinate(PlyType type) {
+  go_to_value(type);
+  return type == PlyType::float32 ? scanner_.float_coordinate() : scanner_.coordinate();
+}
+
 std::uint64_t PlyTextCursor::integer(PlyType type) {
   go_to_value(type);
   return static_cast<std::uint64_t>(scanner_.integer());

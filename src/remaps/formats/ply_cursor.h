@@ -27,6 +27,7 @@ class PlyBinaryCursor {
   std::uint64_t offset() const { return source_.offset(); }
 
   double real(PlyType type);
+  double coordinate(PlyType type) { return real(type); }
   /// Negative values wrap round: they are above any valid index or count.
   std::uint64_t integer(PlyType type);
   void skip(std::uint64_t bytes);
@@ -66,6 +67,7 @@ class PlyTextCursor {
   std::uint64_t offset() const { return scanner_.source().offset(); }
 
   double real(PlyType type);
+  double coordinate(PlyType type);
   std::uint64_t integer(PlyType type);
   void skip(std::uint64_t values);
   void expect_list(std::uint64_t n, PlyType type);

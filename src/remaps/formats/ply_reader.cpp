@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -16,106 +15,12 @@
 #include "remaps/formats/ply_attributes.h"
 #include "remaps/formats/ply_cursor.h"
 #include "remaps/formats/ply_header.h"
+#include "remaps/formats/ply_records.h"
 #include "remaps/formats/ply_runs.h"
-#include "remaps/formats/position_text.h"
+#include "remaps/formats/position_value.h"
 
 namespace remaps {
 namespace {
-
-constexpr std::array<std::string_view, 3> kAxes = {"x", "y", "z"};
-
-const PlyProperty* corner_list(const PlyElement& element) {
-  return element.find("vertex_indices", "vertex_index");
-}
-
-/// What to do with the next bytes of a record. Neighbouring values that nobody wants are one step.
-struct PlyStep {
-  enum class Kind { skip, skip_list, coordinate, corners };
-  Kind kind;
-  PlyType type;              // of the value or of a list's items
-  PlyType count_type;        // of a list
-  std::uint64_t amount = 0;  // to skip
-  std::size_t axis = 0;      // of a coordinate
-};
-
-/// The steps through one record. Wanted are the coordinates of 'vertex' and the corners of 'face'
-/// and 'tristrips', or nothing.
-template <class Cursor>
-std::vector<PlyStep> plan_record(const PlyElement& element, bool wanted) {
-  using Kind = PlyStep::Kind;
-  std::vector<PlyStep> steps;
-  for (const PlyProperty& property : element.properties) {
-    if (property.count_type) {
-      const bool corners = wanted && &property == corner_list(element);
-      steps.push_back(
-          {corners ? Kind::corners : Kind::skip_list, property.type, *property.count_type});
-      continue;
-    }
-    std::size_t axis = 0;
-    while (axis < 3 && &property != element.find(kAxes[axis])) ++axis;
-    if (wanted && axis < 3) {
-      steps.push_back({Kind::coordinate, property.type, property.type, 0, axis});
-      continue;
-    }
-    if (steps.empty() || steps.back().kind != Kind::skip) {
-      steps.push_back({Kind::skip, property.type, property.type});
-    }
-    steps.back().amount += Cursor::size_in_file(property.type);
-  }
-  return steps;
-}
-
-/// Goes through all records of an element: coordinate(step) and corners(step) are called where the
-/// cursor stands before a wanted value or list, end_record() after each record. Before each,
-/// run(cursor, n) may take up to n records at once; it returns how many it took.
-template <class Cursor, class Handler>
-void walk_records(Cursor& cursor, const PlyElement& element, const std::vector<PlyStep>& steps,
-                  Handler& handler) {
-  for (std::uint64_t record = 0;; ++record) {
-    record += handler.run(cursor, element.count - record);
-    if (record == element.count) break;
-    cursor.place = {&element, record};
-    for (const PlyStep& step : steps) {
-      switch (step.kind) {
-        case PlyStep::Kind::skip:
-          cursor.skip(step.amount);
-          break;
-        case PlyStep::Kind::skip_list: {
-          const std::uint64_t n = cursor.integer(step.count_type);
-          cursor.expect_list(n, step.type);
-          cursor.skip(n * Cursor::size_in_file(step.type));
-          break;
-        }
-        case PlyStep::Kind::coordinate:
-          handler.coordinate(cursor, step);
-          break;
-        case PlyStep::Kind::corners:
-          handler.corners(cursor, step);
-          break;
-      }
-    }
-    handler.end_record();
-  }
-}
-
-/// Passes over an element nobody wants.
-template <class Cursor>
-void skip_element(Cursor& cursor, const PlyElement& element) {
-  struct {
-    void coordinate(Cursor&, const PlyStep&) {}
-    void corners(Cursor&, const PlyStep&) {}
-    void end_record() {}
-    std::uint64_t run(Cursor&, std::uint64_t) { return 0; }
-  } nothing;
-  const std::vector<PlyStep> steps = plan_record<Cursor>(element, false);
-  cursor.place = {&element, 0};
-  if (steps.empty()) return;
-  if (steps.size() == 1 && steps[0].kind == PlyStep::Kind::skip) {
-    cursor.skip(steps[0].amount * element.count);
-  } else {
-    walk_records(cursor, element, steps, nothing);
-  }
-}
 
 /// The first n elements, or all.
 template <class T>
@@ -130,16 +35,18 @@ class PositionHandler {
       : positions_(sink), runs_(runs) {}
 
   void coordinate(Cursor& cursor, const PlyStep& step) {
-    const double value = cursor.real(step.type);
-    if (!std::isfinite(value)) {
-      cursor.fail(step.type, fmt::format("expected a finite coordinate {}, found {}",
-                                         kAxes[step.axis], value));
-    }
-    all_float_ = all_float_ && is_float(value);
-    point_[step.axis] = value;
+    point_[step.axis] = cursor.coordinate(step.type);
   }
   void corners(Cursor&, const PlyStep&) {}
-  void end_record() { positions_.push({point_[0], point_[1], point_[2]}); }
+  void end_record() {
+    const Vec3 p{point_[0], point_[1], point_[2]};
+    if (!has_position(p)) {
+      positions_.push(kNotFinite);
+      return;
+    }
+    all_float_ = all_float_ && is_float(p);
+    positions_.push(p);
+  }
 
   std::uint64_t run(Cursor& cursor, std::uint64_t wanted) {
     std::uint64_t taken = 0;
@@ -336,7 +243,7 @@ class PlyReader final : public IndexedMeshReader {
     vertex_ = header_.find("vertex");
     if (vertex_ == nullptr) fail_header("expected an element 'vertex'");
     all_float_ = true;
-    for (const std::string_view axis : kAxes) {
+    for (const std::string_view axis : kPlyAxes) {
       const PlyProperty* const property = vertex_->find(axis);
       if (property == nullptr || property->count_type) {
         fail_header(fmt::format("expected a scalar property '{}' of 'vertex'", axis));
@@ -348,9 +255,9 @@ class PlyReader final : public IndexedMeshReader {
   /// True when a vertex is x, y and z in floats and nothing else.
   bool is_float_triple() const {
     const std::vector<PlyProperty>& properties = vertex_->properties;
-    if (properties.size() != kAxes.size()) return false;
-    for (std::size_t i = 0; i < kAxes.size(); ++i) {
-      if (&properties[i] != vertex_->find(kAxes[i]) || properties[i].type != PlyType::float32)
+    if (properties.size() != kPlyAxes.size()) return false;
+    for (std::size_t i = 0; i < kPlyAxes.size(); ++i) {
+      if (&properties[i] != vertex_->find(kPlyAxes[i]) || properties[i].type != PlyType::float32)
         return false;
     }
     return true;

@@ -7,7 +7,7 @@
 #include <limits>
 #include <type_traits>
 
-#include "remaps/formats/position_text.h"
+#include "remaps/formats/position_value.h"
 
 namespace remaps {
 namespace {
@@ -32,11 +32,15 @@ std::array<Word<sizeof(T)>, 3> load_words(const char* from) {
   return words;
 }
 
-/// 1 for NaN and the infinities, in which every bit of the exponent is set; else 0.
+/// 1 for NaN, the infinities and what is beyond the floats, else 0. But for the sign, words are in
+/// the order of their numbers, and those of NaN above all.
 template <class Real>
 unsigned is_not_finite(Word<sizeof(Real)> word) {
-  const auto exponent = std::bit_cast<Word<sizeof(Real)>>(std::numeric_limits<Real>::infinity());
-  return unsigned{(word & exponent) == exponent};
+  using W = Word<sizeof(Real)>;
+  constexpr Real kLeast =
+      sizeof(Real) == 4 ? std::numeric_limits<Real>::infinity() : static_cast<Real>(kBeyondFloat);
+  constexpr W kSign = W{1} << (8 * sizeof(Real) - 1);
+  return unsigned{(word & static_cast<W>(~kSign)) >= std::bit_cast<W>(kLeast)};
 }
 
 template <class Real, bool kSwap>

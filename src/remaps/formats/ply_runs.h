@@ -10,8 +10,8 @@
 #include "remaps/formats/ply_header.h"
 
 /// Runs of binary records of the usual shapes, decoded straight from the bytes of a buffer. A run
-/// ends before the first record that is cut off, of another shape, or would be refused: the general
-/// walk through the records takes that one, and words the error.
+/// ends before the first record that is cut off, of another shape, not finite, or would be refused:
+/// the general walk through the records takes that one, and words the error.
 namespace remaps {
 
 /// Records of a fixed size in which x, y and z follow each other, all floats or all doubles.

@@ -2,25 +2,25 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <optional>
 #include <string_view>
 #include <utility>
 
-#include "remaps/base/errors.h"
 #include "remaps/formats/chunk_emitter.h"
 #include "remaps/formats/format_detection.h"
 #include "remaps/formats/format_factories.h"
 #include "remaps/formats/pass_range.h"
 #include "remaps/formats/position_text.h"
+#include "remaps/formats/position_value.h"
 #include "remaps/formats/stl_layout.h"
 #include "remaps/formats/text_scanner.h"
 
 namespace remaps {
 namespace {
 
-/// What both kinds of STL share: face f has the vertices 3f, 3f + 1, 3f + 2.
+/// What both kinds of STL share: face f has the vertices 3f, 3f + 1, 3f + 2. If one of them is not
+/// finite none of them is: they are nobody else's.
 class StlReader : public IndexedMeshReader {
  public:
   explicit StlReader(ByteSource source) : source_(std::move(source)) {}
@@ -112,9 +112,9 @@ class BinaryStlReader final : public StlReader {
     const char* at = source().data();
     for (std::size_t i = 0; i < n; ++i, at += kStlTriangle) {
       const Corners corners = corners_at(at);
-      if (!is_finite(corners)) refuse(f + i, i, corners);
+      const bool finite = is_finite(corners);
       for (std::size_t c = 0; c < 3; ++c) {
-        const Vec3 p{corners[c][0], corners[c][1], corners[c][2]};
+        const Vec3 p = finite ? Vec3{corners[c][0], corners[c][1], corners[c][2]} : kNotFinite;
         room.size() < 3 ? positions.push(p) : void(room[3 * i + c] = p);
       }
     }
@@ -129,18 +129,6 @@ class BinaryStlReader final : public StlReader {
       for (const float x : corner) sum += 0 * x;
     }
     return sum == 0;
-  }
-
-  [[noreturn]] void refuse(std::uint64_t f, std::size_t ahead, const Corners& corners) {
-    const std::uint64_t record = source().offset() + ahead * kStlTriangle;
-    for (std::size_t i = 0; i < 9; ++i) {
-      const float x = corners[i / 3][i % 3];
-      if (std::isfinite(x)) continue;
-      source().fail_at_byte(
-          record + kStlNormal + i * sizeof x,
-          fmt::format("triangle {} of {}: expected a finite coordinate, found {}", f, faces_, x));
-    }
-    throw InputError(source().path().string() + ": a coordinate that is not finite");
   }
 
   std::uint64_t faces_ = 0;
@@ -213,13 +201,16 @@ class AsciiStlReader final : public StlReader {
     for (int i = 0; i < kNormalWords && !is_next(scanner, "outer"); ++i) scanner.skip_word();
     expect(scanner, "outer");
     expect(scanner, "loop");
-    for (int corner = 0; corner < 3; ++corner) {
+    std::array<Vec3, 3> corners;
+    for (Vec3& corner : corners) {
       expect(scanner, "vertex");
-      positions.push(text.read(scanner, [&] {
+      corner = text.read(scanner, [&] {
         scanner.skip_blanks();
         return !scanner.at_line_end();
-      }));
+      });
     }
+    const bool finite = std::all_of(corners.begin(), corners.end(), has_position);
+    for (const Vec3& corner : corners) positions.push(finite ? corner : kNotFinite);
     expect(scanner, "endloop");
     expect(scanner, "endfacet");
   }

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <type_traits>
 
 namespace remaps {
@@ -30,6 +31,27 @@ std::from_chars_result read_number(const char* first, const char* last, Real& va
     }
   }
   return result;
+}
+
+/// True if what is out of range is a number up to the end of the word.
+template <class Real>
+bool is_number_in_full(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  Real value = 0;
+  return std::from_chars(word.data(), word.data() + word.size(), value).ptr ==
+         word.data() + word.size();
+}
+
+/// What the C library of Windows writes for NaN and infinities: "1.#INF", "-1.#IND", "1.#QNAN00".
+bool is_windows_nonfinite(std::string_view word) {
+  if (word.starts_with('+') || word.starts_with('-')) word.remove_prefix(1);
+  if (!word.starts_with("1.#")) return false;
+  word.remove_prefix(3);
+  for (const std::string_view name : {"INF", "IND", "QNAN", "SNAN", "J", "R"}) {
+    if (!word.starts_with(name)) continue;
+    return word.find_first_not_of('0', name.size()) == std::string_view::npos;
+  }
+  return false;
 }
 
 }  // namespace
@@ -104,22 +126,57 @@ std::string_view TextScanner::word() {
   return {first, length};
 }
 
+/// As word, up to a backslash, and does not pass over it.
+std::string_view TextScanner::word_ahead() const {
+  const char* const end = source_.data() + source_.available();
+  const char* p = source_.data();
+  while (p != end && !ends_word(*p) && *p != '\\') ++p;
+  return {source_.data(), static_cast<std::size_t>(p - source_.data())};
+}
+
+/// Passes over the number ahead, if there is one.
 template <class Number>
-Number TextScanner::number(char stop, std::string_view kind) {
+bool TextScanner::try_number(char stop, Number& value, bool& out_of_range) {
   const char* const end = source_.data() + source_.available();
   const char* first = source_.data();
   if (*first == '+' && first + 1 < end && first[1] != '-') ++first;
-  Number value = 0;
   const auto [last, error] = read_number(first, end, value);
   if (error == std::errc() && (ends_word(*last) || *last == stop || *last == '\\') &&
       (last != end || source_.exhausted())) {
     source_.consume(static_cast<std::size_t>(last - source_.data()));
-    return value;
+    return true;
   }
-  if (error == std::errc::result_out_of_range) {
-    fail(fmt::format("'{}' is out of the range of its type", word()));
-  }
+  out_of_range = error == std::errc::result_out_of_range;
+  return false;
+}
+
+template <class Number>
+Number TextScanner::number(char stop, std::string_view kind) {
+  Number value = 0;
+  bool out_of_range = false;
+  if (try_number(stop, value, out_of_range)) return value;
+  if (out_of_range) fail(fmt::format("'{}' is out of the range of its type", word()));
   fail_expected(kind);
+}
+
+template <class Number>
+double TextScanner::coordinate_as() {
+  Number value = 0;
+  bool out_of_range = false;
+  if (try_number('\n', value, out_of_range)) return static_cast<double>(value);
+  const std::string_view ahead = word_ahead();
+  if (!(out_of_range ? is_number_in_full<Number>(ahead) : is_windows_nonfinite(ahead)))
+    fail_expected("a number");
+  source_.consume(ahead.size());
+  return std::numeric_limits<double>::quiet_NaN();
+}
+
+double TextScanner::coordinate() {
+  return coordinate_as<double>();
+}
+
+double TextScanner::float_coordinate() {
+  return coordinate_as<float>();
 }
 
 double TextScanner::real() {

@@ -45,6 +45,10 @@ class TextScanner {
   /// infinities are read: the caller judges. Fails unless a blank, a line end or '\\' follows.
   double real();
   float real_float();
+  /// As real or real_float for coordinates: NaN for what is beyond the range, and for what programs
+  /// write for NaN and infinities, as "-1.#IND".
+  double coordinate();
+  double float_coordinate();
   /// Reads the integer ahead. Fails unless a blank, a line end, '\\' or `stop` follows.
   std::int64_t integer(char stop = '\n');
 
@@ -54,8 +58,13 @@ class TextScanner {
   [[noreturn]] void fail(std::string_view what) const;
 
  private:
+  std::string_view word_ahead() const;
   template <class Number>
   Number number(char stop, std::string_view kind);
+  template <class Number>
+  bool try_number(char stop, Number& value, bool& out_of_range);
+  template <class Number>
+  double coordinate_as();
 
   ByteSource& source_;
 };

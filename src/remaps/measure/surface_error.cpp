@@ -217,6 +217,15 @@ double scale_for(const SurfaceSummary& a, const SurfaceSummary& b) {
   return std::ldexp(1.0, -std::max(std::ilogb(std::max({size.x, size.y, size.z})), -1000));
 }
 
+SurfaceSummary summary_of(const SurfacePieces& surface, const std::string& name, std::size_t scouts,
+                          const SurfaceErrorOptions& options) {
+  try {
+    return summarise_surface(surface, scouts, options.threads, options.progress);
+  } catch (const GeometryError& error) {
+    throw GeometryError(name + ": " + error.what());
+  }
+}
+
 }  // namespace
 
 SurfaceError measure_surface_error(const SurfacePieces& original, const SurfacePieces& remesh,
@@ -226,12 +235,11 @@ SurfaceError measure_surface_error(const SurfacePieces& original, const SurfaceP
   }
   if (options.progress != nullptr) options.progress->begin("measure");
   const std::size_t scouts = scouts_within(options.memory_bytes);
-  const auto summarise = [&](const SurfacePieces& surface) {
-    return Side(surface, summarise_surface(surface, scouts, options.threads, options.progress),
-                options);
+  const auto summarise = [&](const SurfacePieces& surface, const std::string& name) {
+    return Side(surface, summary_of(surface, name, scouts, options), options);
   };
-  Side from_original = summarise(original);
-  Side from_remesh = summarise(remesh);
+  Side from_original = summarise(original, options.original_name);
+  Side from_remesh = summarise(remesh, options.remesh_name);
   const bool original_larger = from_original.summary().triangles >= from_remesh.summary().triangles;
   Side& large = original_larger ? from_original : from_remesh;
   Side& small = original_larger ? from_remesh : from_original;

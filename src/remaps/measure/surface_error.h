@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <string>
 
 #include "remaps/base/progress.h"
 #include "remaps/measure/surface_pieces.h"
@@ -15,6 +16,7 @@ struct SurfaceErrorOptions {
   unsigned threads = 1;                    // makes no difference to the result, not by a bit
   std::uint64_t memory_bytes = 256 << 20;  // for all but what sources hold themselves
   Progress* progress = nullptr;            // phase "measure"; may be null
+  std::string original_name = "the original", remesh_name = "the remesh";  // for messages
 };
 
 /// How far two surfaces lie apart. Errors are fractions of `diagonal`.
@@ -39,7 +41,8 @@ struct SurfaceError {
 /// twice and the other three times; otherwise again for each part of the points, but then without
 /// the pieces that are far from all of them.
 ///
-/// @throws GeometryError  a surface has no triangles or no area, or a coordinate is not finite
+/// @throws GeometryError  a surface has no triangles or no area, or a coordinate is not finite;
+///                        names it
 /// @throws BudgetError    memory_bytes is below 1 MiB
 /// @throws Cancelled      by way of options.progress
 /// Deterministic: the result depends on the surfaces, their pieces, samples and seed; on

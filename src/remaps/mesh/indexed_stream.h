@@ -48,7 +48,8 @@ class IndexedMeshReader {
  public:
   virtual ~IndexedMeshReader() = default;
 
-  /// Sends all positions in file order, chunk by chunk.
+  /// Sends all positions in file order, chunk by chunk. Of a vertex with a coordinate that is not
+  /// finite, or beyond the range of floats, all three are NaN.
   /// @throws InputError  malformed or truncated data, naming file and offset or line
   virtual void read_positions(PositionSink sink) = 0;
 
@@ -61,14 +62,15 @@ class IndexedMeshReader {
   /// nullptr, or with more than 1024 corners, they become fans. Called on the thread that reads.
   virtual void set_polygon_cutter(PolygonCutter* /*cutter*/) {}
 
-  /// True when every coordinate in the file is a float (so that storing floats loses nothing).
+  /// True when every coordinate of the finite vertices is a float (so that storing floats loses
+  /// nothing).
   virtual bool positions_are_float() const = 0;
 
   /// Anything but `shared` calls for welding.
   virtual VertexSharing vertex_sharing() const { return VertexSharing::shared; }
 
   /// The positions as an array in the file, where they are one, so that nobody need copy them to
-  /// have them at hand. What read_positions refuses may be among them.
+  /// have them at hand. Of a vertex that read_positions sends as NaN, one is NaN or infinite there.
   virtual std::optional<PositionArray> position_array() const { return std::nullopt; }
 
   /// What vertices, faces and corners have beside positions. To be called after read_positions and

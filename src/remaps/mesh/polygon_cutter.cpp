@@ -1,5 +1,6 @@
 #include "remaps/mesh/polygon_cutter.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace remaps {
@@ -141,6 +142,16 @@ void PolygonCutter::cut(std::span<const VertexId> corners,
                         FunctionRef<void(const Triangle&)> sink) {
   position_.clear();
   for (const VertexId v : corners) position_.push_back(position(v));
+  const auto wild = std::find_if(position_.begin(), position_.end(), [](const Vec3& p) {
+    return !std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z);
+  });
+  if (wild != position_.end()) {
+    const auto n = corners.size();
+    const auto apex = static_cast<std::size_t>(wild - position_.begin());
+    for (std::size_t i = 2; i < n; ++i)
+      sink({corners[apex], corners[(apex + i - 1) % n], corners[(apex + i) % n]});
+    return;
+  }
   for (const PolygonCorners& t : triangulation_.cut(position_))
     sink({corners[t[0]], corners[t[1]], corners[t[2]]});
 }

@@ -51,7 +51,8 @@ class PolygonTriangulation {
 class PolygonCutter {
  public:
   virtual ~PolygonCutter() = default;
-  /// Sends the triangles of a polygon.
+  /// Sends the triangles of a polygon. If a corner is not finite they are a fan from it, so that
+  /// all of them go when it is dropped.
   void cut(std::span<const VertexId> corners, FunctionRef<void(const Triangle&)> sink);
 
  protected:

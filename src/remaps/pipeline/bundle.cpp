@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <xxhash.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "remaps/formats/mesh_reader.h"
@@ -122,7 +123,12 @@ BaseMesh read_base(const std::filesystem::path& path, const Vec3& origin) {
   try {
     const auto reader = open_mesh_reader(path);
     reader->read_positions([&](std::span<const Vec3> positions) {
-      for (const Vec3& p : positions) base.position.push_back(to_float(p - origin));
+      for (const Vec3& p : positions) {
+        base.position.push_back(to_float(p - origin));
+        if (!std::isnan(p.x)) continue;
+        throw CorruptionError(
+            fmt::format("{}: vertex {} is not finite", path.string(), base.position.size() - 1));
+      }
     });
     reader->read_triangles([&](std::span<const Triangle> triangles) {
       for (const Triangle& t : triangles) {

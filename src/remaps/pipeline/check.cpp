@@ -68,6 +68,7 @@ MeshCheck check_mesh(const CheckOptions& options, Progress& progress) {
   result.faces = ingested.faces;
   result.diagonal = ingested.diagonal;
   result.repairs.nonfinite_vertices = ingested.nonfinite_vertices;
+  result.nonfinite = ingested.first_nonfinite;
   result.repairs.nonfinite_faces = ingested.nonfinite_faces;
   result.repairs.degenerate_faces = ingested.degenerate_faces;
   const repair::Findings found =

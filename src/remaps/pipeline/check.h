@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "remaps/base/progress.h"
 #include "remaps/mesh/topology.h"
@@ -27,6 +28,7 @@ struct MeshCheck {
   Repairs repairs;                        ///< that a remesh would make
   repair::Defects defects;
   repair::DefectPlaces places;
+  std::vector<VertexId> nonfinite;  ///< the first few vertices that are not finite
   /// Where the surface shows that it has one side only; empty if it can be oriented. Then there is
   /// no topology.
   std::string one_sided;

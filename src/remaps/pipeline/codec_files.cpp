@@ -28,6 +28,9 @@ constexpr std::uint64_t kCodingBytesPerVertex = 240;
 /// Points of the rate-distortion table: a factor of sqrt(2) in bytes between each two.
 constexpr unsigned kRatePoints = 14;
 
+/// Of --max-bytes, 1 / kSignalShare goes to attributes; the table may take 1 / kTableShare.
+constexpr std::uint64_t kSignalShare = 3, kTableShare = 16;
+
 /// A step of the search for a target: bytes differ by less than this part.
 constexpr double kTargetPrecision = 0.005;
 
@@ -42,19 +45,11 @@ class RateMeter {
     for (const codec::RatePoint& p : points_) {
       if (p.bytes == bytes) return p.psnr_db;
     }
-    const double l2 =
-        surface_.l2_error(archive_.decode(bytes, archive_.header().levels, budget_), budget_);
+    const double l2 = surface_.l2_error(
+        archive_.decode(bytes, archive_.header().levels, budget_, false), budget_);
     const double psnr = l2 > 0 ? -20 * std::log10(l2) : 999;
     points_.push_back({narrow<std::uint32_t>(bytes), static_cast<float>(psnr)});
     return psnr;
-  }
-
-  /// All that was found, fewest bytes first.
-  std::vector<codec::RatePoint> points() const {
-    std::vector<codec::RatePoint> sorted = points_;
-    std::sort(sorted.begin(), sorted.end(),
-              [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
-    return sorted;
   }
 
  private:
@@ -85,6 +80,49 @@ std::uint64_t reach_target(RateMeter& meter, double target, std::uint64_t least,
   return most;
 }
 
+/// What the parts of an archive may take.
+struct Shares {
+  std::uint64_t geometry = 0, signals = 0;
+  std::size_t points = 0;
+};
+
+Shares share_out(const codec::Archive& archive, const EncodeOptions& options) {
+  const codec::ArchiveHeader& header = archive.header();
+  const bool measure = options.measure || options.target_psnr.has_value();
+  Shares shares{archive.geometry_end(), header.signal_bytes, measure ? kRatePoints : 0};
+  if (!options.max_bytes) return shares;
+  std::uint64_t room = *options.max_bytes;
+  if (room < archive.least_bytes()) {
+    throw BudgetError(fmt::format("--max-bytes {}: header and base mesh alone take {}", room,
+                                  archive.least_bytes()));
+  }
+  // A table that would take much of the room is left out.
+  const std::uint64_t table = codec::rate_table_bytes(shares.points);
+  if (kTableShare * table > room) shares.points = 0;
+  room -= codec::rate_table_bytes(shares.points);
+  shares.signals = std::min(shares.signals, room / kSignalShare);
+  shares.geometry = std::min(shares.geometry, room - shares.signals);
+  // What the geometry does not need goes to the signals.
+  shares.signals = std::min<std::uint64_t>(header.signal_bytes, room - shares.geometry);
+  return shares;
+}
+
+/// Points a factor of sqrt(2) in bytes from each other, from the longest prefix down; fewest bytes
+/// first.
+std::vector<codec::RatePoint> measure_points(RateMeter& meter, std::uint64_t least,
+                                             std::uint64_t most, Progress& progress) {
+  std::vector<codec::RatePoint> points;
+  auto bytes = static_cast<double>(most);
+  for (unsigned i = 0; i < kRatePoints && bytes >= double(least); ++i) {
+    const auto prefix = static_cast<std::uint64_t>(bytes);
+    points.push_back({narrow<std::uint32_t>(prefix), static_cast<float>(meter.psnr_at(prefix))});
+    progress.advance(double(i + 1) / kRatePoints);
+    bytes /= std::sqrt(2.0);
+  }
+  std::reverse(points.begin(), points.end());
+  return points;
+}
+
 void write_file(const std::filesystem::path& path, const store::Bytes& bytes) {
   ByteSink sink(path);
   sink.write(bytes.data(), bytes.size());
@@ -98,6 +136,7 @@ ArchiveSummary summarise(const codec::Archive& archive, std::uint64_t bytes) {
   summary.least_bytes = archive.least_bytes();
   summary.complete = archive.complete();
   summary.complete_bytes = archive.complete_bytes();
+  summary.signals = archive.signals();
   summary.points = archive.rate_points();
   summary.faces = std::uint64_t{summary.header.base_faces} << (2 * summary.header.levels);
   return summary;
@@ -128,49 +167,32 @@ ArchiveSummary encode_file(const EncodeOptions& options, Progress& progress) {
       options.threads != 0 ? options.threads : std::max(1u, std::thread::hardware_concurrency());
   MemoryBudget budget(options.memory_bytes);
   const std::unique_ptr<CodedSurface> surface =
-      open_coded_surface({options.input, options.level, options.memory_bytes, threads,
-                          options.temp_dir, options.samples},
+      open_coded_surface({options.input, options.level, options.attributes, options.memory_bytes,
+                          threads, options.temp_dir, options.samples},
                          budget, progress);
   progress.begin("encode");
-  store::Bytes bytes =
+  const store::Bytes bytes =
       codec::encode_mesh(surface->release_mesh(),
-                         {options.wavelet, std::max(options.bitplanes, 1u), &progress}, budget);
+                         {options.wavelet, std::max(options.bitplanes, 1u),
+                          std::max(options.attribute_bitplanes, 1u), &progress},
+                         budget);
   const codec::Archive archive(bytes, options.archive);
-  if (options.max_bytes && *options.max_bytes < archive.least_bytes()) {
-    throw BudgetError(fmt::format("--max-bytes {}: header and base mesh alone take {}",
-                                  *options.max_bytes, archive.least_bytes()));
-  }
-  const bool measure = options.measure || options.target_psnr.has_value();
-  const std::uint64_t table = measure ? codec::kRateTableMostBytes : 0;
-  std::uint64_t keep = archive.complete_bytes();
-  if (options.max_bytes) {
-    // A table that would leave no room for details is left out.
-    const std::uint64_t room = *options.max_bytes;
-    keep = std::min(keep, room > 4 * table ? room - table : room);
-  }
+  const Shares shares = share_out(archive, options);
+  std::uint64_t geometry = shares.geometry;
   std::vector<codec::RatePoint> points;
-  if (measure) {
+  if (options.measure || options.target_psnr) {
     progress.begin("measure");
     RateMeter meter(archive, *surface, budget);
     if (options.target_psnr) {
-      keep = reach_target(meter, *options.target_psnr, archive.least_bytes(), keep, progress);
+      geometry =
+          reach_target(meter, *options.target_psnr, archive.least_bytes(), geometry, progress);
     }
-    double bytes_now = double(keep);
-    for (unsigned i = 0; i < kRatePoints && bytes_now >= double(archive.least_bytes()); ++i) {
-      meter.psnr_at(static_cast<std::uint64_t>(bytes_now));
-      progress.advance(double(i + 1) / kRatePoints);
-      bytes_now /= std::sqrt(2.0);
-    }
-    points = meter.points();
-    std::erase_if(points, [&](const codec::RatePoint& p) { return p.bytes > keep; });
-    if (points.size() > codec::kMostRatePoints) {
-      points.erase(points.begin(), points.end() - codec::kMostRatePoints);
-    }
-    if (options.max_bytes && *options.max_bytes <= 4 * table) points.clear();
+    if (shares.points > 0)
+      points = measure_points(meter, archive.least_bytes(), geometry, progress);
   }
-  bytes = codec::seal_archive(bytes, keep, points);
-  write_file(options.archive, bytes);
-  return summarise(codec::Archive(bytes, options.archive), bytes.size());
+  const store::Bytes sealed = codec::seal_archive(archive, geometry, shares.signals, points);
+  write_file(options.archive, sealed);
+  return summarise(codec::Archive(sealed, options.archive), sealed.size());
 }
 
 DecodeSummary decode_file(const DecodeOptions& options, Progress& progress) {

@@ -7,6 +7,7 @@
 
 #include "remaps/base/progress.h"
 #include "remaps/codec/archive.h"
+#include "remaps/mesh/attributes.h"
 
 namespace remaps::pipeline {
 
@@ -17,7 +18,11 @@ struct EncodeOptions {
                                   ///< bundle, all that there are of a mesh
   codec::Wavelet wavelet = codec::Wavelet::kLiftedButterfly;
   unsigned bitplanes = 12;
-  std::optional<std::uint64_t> max_bytes;  ///< of the archive
+  unsigned attribute_bitplanes = codec::kSignalPlanes;
+  /// Colours and normals of vertices that are coded; by default colours only, since normals follow
+  /// from the surface.
+  std::optional<AttributeChoice> attributes;
+  std::optional<std::uint64_t> max_bytes;  ///< of the archive; attributes get a third of them
   std::optional<double> target_psnr;       ///< dB; the archive is no longer than it takes
   bool measure = true;                     ///< makes the rate-distortion table
   std::uint64_t samples = 200'000;         ///< a measurement
@@ -33,6 +38,7 @@ struct ArchiveSummary {
   std::uint64_t least_bytes = 0;
   std::uint64_t complete_bytes = 0;  ///< of the file, if all of it is there
   bool complete = true;
+  std::vector<codec::SignalHeader> signals;
   std::vector<codec::RatePoint> points;
   std::uint64_t faces = 0;  ///< of the finest level
 };

@@ -71,6 +71,7 @@ class FaceRouter {
     result.first_degenerate = first_degenerate_;
     result.twice = twice_;
     result.nonfinite_faces = nonfinite_;
+    result.first_nonfinite_face = first_nonfinite_;
   }
 
  private:
@@ -82,13 +83,9 @@ class FaceRouter {
       }
       return true;
     }
-    const std::vector<VertexId>& nonfinite = spool_.nonfinite();
-    if (nonfinite.empty()) return false;
-    const bool touched = std::any_of(t.begin(), t.end(), [&](VertexId v) {
-      return std::binary_search(nonfinite.begin(), nonfinite.end(), v);
-    });
-    nonfinite_ += touched;
-    return touched;
+    if (spool_.nonfinite().empty() || !spool_.is_touched(t)) return false;
+    if (nonfinite_++ == 0) first_nonfinite_ = faces_;
+    return true;
   }
 
   void add_from_cache(const Triangle& t) {
@@ -124,6 +121,7 @@ class FaceRouter {
   FaceId first_degenerate_ = 0;
   VertexId twice_ = 0;
   std::uint64_t nonfinite_ = 0;
+  FaceId first_nonfinite_ = 0;
   std::uint64_t misses_before_ = 0;
 };
 
@@ -154,13 +152,16 @@ Ingested ingest(IndexedMeshReader& reader, const std::string& name, const Memory
   progress.begin("ingest");
   Ingested result;
   result.sample = PositionSample(kSampleSize);
-  VertexSpool spool(temp_dir / "vertices");
+  VertexSpool spool(temp_dir / "vertices", budget);
   spool.fill(reader, &result.sample, [&](double fraction) { progress.advance(0.15 * fraction); });
   if (spool.vertices() == 0) throw GeometryError(name + ": the mesh has no vertices");
   result.vertices = spool.vertices();
   result.nonfinite_vertices = spool.nonfinite().size();
-  if (result.nonfinite_vertices == result.vertices)
-    throw GeometryError(name + ": no vertex has finite coordinates");
+  result.first_nonfinite = spool.nonfinite().first(Ingested::kMostNamed);
+  if (result.nonfinite_vertices == result.vertices) {
+    throw GeometryError(fmt::format("{}: no vertex is left: none of the {} has finite coordinates",
+                                    name, result.vertices));
+  }
   result.origin = spool.origin();
   result.diagonal = spool.box().diagonal();
 

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
@@ -20,7 +21,10 @@ struct Ingested {
   std::uint64_t faces = 0;  ///< of the file
   // Left out:
   std::uint64_t nonfinite_vertices = 0;
-  std::uint64_t nonfinite_faces = 0;   ///< with such a vertex
+  static constexpr std::size_t kMostNamed = 5;
+  std::vector<VertexId> first_nonfinite;  ///< the lowest ones, kMostNamed at most
+  std::uint64_t nonfinite_faces = 0;      ///< with such a vertex
+  FaceId first_nonfinite_face = 0;
   std::uint64_t degenerate_faces = 0;  ///< with a vertex twice
   FaceId first_degenerate = 0;
   VertexId twice = 0;                 ///< the vertex of that face

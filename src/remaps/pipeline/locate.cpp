@@ -100,7 +100,7 @@ class Locator {
     MapRecord record;
     map.read_at(vertex * sizeof record, std::as_writable_bytes(std::span(&record, 1)));
     if (record.face == MapRecord{}.face) {
-      throw GeometryError(fmt::format("input vertex {} has no face", vertex));
+      throw GeometryError(fmt::format("input vertex {} has no face, or is not finite", vertex));
     }
     BasePoint point{record.face, record.u, record.v};
     if (record.face >= bundle_.base().triangle.size() || !clamp_weights(point.u, point.v)) {

@@ -77,7 +77,7 @@ class QualityMeter {
 void measure_output(const Bundle& bundle, const OutputJob& job, IndexedMeshReader& reader,
                     const MemoryPlan& plan, MemoryBudget& budget, Progress& progress,
                     Report& report) {
-  VertexSpool spool(job.temp_dir / "output-vertices");
+  VertexSpool spool(job.temp_dir / "output-vertices", budget);
   spool.fill(reader, nullptr, [](double) {});
   VertexLookup lookup(spool, nullptr, plan.cache_bytes, budget);
   const TriangleSource output =
@@ -99,6 +99,7 @@ void measure_output(const Bundle& bundle, const OutputJob& job, IndexedMeshReade
   options.threads = job.threads;
   options.memory_bytes = std::max<std::uint64_t>(plan.budget_bytes / 2, 8 << 20);
   options.progress = &progress;
+  options.original_name = bundle.manifest().input_name;
   report.error = measure_surface_error(
       TilePieces(bundle.tiles()), StreamedPieces(metered_output, options.memory_bytes), options);
   report.quality = meter.result();

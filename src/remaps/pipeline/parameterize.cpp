@@ -112,9 +112,14 @@ class Parameterizer {
     repairs.degenerate_faces = ingested_.degenerate_faces;
     if (!job_.strict) return;
     if (repairs.nonfinite_vertices > 0) {
-      throw GeometryError(fmt::format("{}: coordinates of {} vertices are not finite; {}",
-                                      job_.input.string(), repairs.nonfinite_vertices,
-                                      kWithoutStrict));
+      const std::string face = repairs.nonfinite_faces == 0
+                                   ? "in no face"
+                                   : fmt::format("face {} has one", ingested_.first_nonfinite_face);
+      throw GeometryError(
+          fmt::format("{}: {} vertices are not finite, vertex {} first, {} (from "
+                      "0); {}",
+                      job_.input.string(), repairs.nonfinite_vertices,
+                      ingested_.first_nonfinite.front(), face, kWithoutStrict));
     }
     if (repairs.degenerate_faces > 0) {
       throw GeometryError(

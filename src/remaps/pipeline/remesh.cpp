@@ -234,8 +234,8 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   const auto original = open(options.original, "weld-original");
   const auto remesh = open(options.remesh, "weld-remesh");
   progress.begin("read");
-  VertexSpool original_spool(temp.path() / "original");
-  VertexSpool remesh_spool(temp.path() / "remesh");
+  VertexSpool original_spool(temp.path() / "original", budget);
+  VertexSpool remesh_spool(temp.path() / "remesh", budget);
   original_spool.fill(*original, nullptr,
                       [&](double fraction) { progress.advance(0.5 * fraction); });
   remesh_spool.fill(*remesh, nullptr,
@@ -249,6 +249,8 @@ SurfaceError measure_files(const MeasureOptions& options, Progress& progress) {
   measure.threads = threads;
   measure.memory_bytes = plan.budget_bytes / 2;
   measure.progress = &progress;
+  measure.original_name = options.original.string();
+  measure.remesh_name = options.remesh.string();
   progress.begin("measure");
   return measure_surface_error(
       triangles_of(*original, original_lookup, {}),

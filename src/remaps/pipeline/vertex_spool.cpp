@@ -1,7 +1,5 @@
 #include "remaps/pipeline/vertex_spool.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -12,7 +10,6 @@ namespace remaps::pipeline {
 namespace {
 
 constexpr std::size_t kFlushVertices = 1 << 15;
-constexpr std::size_t kNonfiniteMost = 1 << 20;
 
 }  // namespace
 
@@ -46,7 +43,7 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
       if (!in_place_) waiting_.push_back(stored);
       const VertexId vertex = vertices_++;
       if (!is_finite(stored)) {
-        note_nonfinite(vertex);
+        nonfinite_.add(vertex, budget_);
         continue;
       }
       box_.add(widen(stored));
@@ -57,16 +54,6 @@ void VertexSpool::fill(IndexedMeshReader& reader, PositionSample* sample,
   });
   flush();
   waiting_ = {};
-}
-
-void VertexSpool::note_nonfinite(VertexId vertex) {
-  if (nonfinite_.size() == kNonfiniteMost) {
-    throw InputError(
-        fmt::format("more than {} vertices have coordinates that are not finite, the "
-                    "last of them vertex {} (from 0)",
-                    kNonfiniteMost, vertex));
-  }
-  nonfinite_.push_back(vertex);
 }
 
 void VertexSpool::flush() {
@@ -123,11 +110,14 @@ TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, con
   return [&reader, &lookup, shift](TriangleSink sink) {
     std::vector<TrianglePositions> chunk;
     const auto position = [&](VertexId v) { return shift + widen(lookup[v].position); };
+    const bool all = lookup.spool().nonfinite().empty();
     reader.read_triangles([&](std::span<const Triangle> triangles) {
       chunk.clear();
-      for (const Triangle& t : triangles)
+      for (const Triangle& t : triangles) {
+        if (!all && lookup.spool().is_touched(t)) continue;
         chunk.push_back({position(t[0]), position(t[1]), position(t[2])});
-      sink(chunk);
+      }
+      if (!chunk.empty()) sink(chunk);
     });
   };
 }

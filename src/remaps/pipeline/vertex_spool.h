@@ -14,6 +14,7 @@
 #include "remaps/mesh/indexed_stream.h"
 #include "remaps/mesh/space_cut.h"
 #include "remaps/mesh/triangle_stream.h"
+#include "remaps/pipeline/vertex_runs.h"
 #include "remaps/store/disk_usage.h"
 #include "remaps/store/file.h"
 
@@ -28,14 +29,16 @@ namespace remaps::pipeline {
 /// its file is kept as it is.
 class VertexSpool {
  public:
-  /// @param path  of the temporary file, should it be needed
-  explicit VertexSpool(std::filesystem::path path) : path_(std::move(path)) {}
+  /// @param path    of the temporary file, should it be needed
+  /// @param budget  of the list of vertices that are not finite
+  VertexSpool(std::filesystem::path path, MemoryBudget& budget)
+      : path_(std::move(path)), budget_(budget) {}
   ~VertexSpool();
   VertexSpool(const VertexSpool&) = delete;
   VertexSpool& operator=(const VertexSpool&) = delete;
 
   /// Reads all positions of `reader`. May be called once. Also samples them, and finds their box.
-  /// @throws InputError  more than 2^20 of them are not finite
+  /// @throws BudgetError  a great many of them, far apart, are not finite
   void fill(IndexedMeshReader& reader, PositionSample* sample,
             const std::function<void(double)>& progress);
 
@@ -43,24 +46,28 @@ class VertexSpool {
   const Vec3& origin() const { return origin_; }
   /// Of the finite positions.
   const Box3& box() const { return box_; }
-  /// Vertices with a coordinate that is not finite, ascending: they count as not there.
-  const std::vector<VertexId>& nonfinite() const { return nonfinite_; }
+  /// Vertices with a coordinate that is not finite: they count as not there.
+  const VertexRuns& nonfinite() const { return nonfinite_; }
+  /// True if one of the corners is among them.
+  bool is_touched(const Triangle& t) const {
+    return nonfinite_.contains(t[0]) || nonfinite_.contains(t[1]) || nonfinite_.contains(t[2]);
+  }
   /// Reads positions first ... first + out.size() - 1.
   void read(std::uint64_t first, std::span<Vec3f> out) const;
 
  private:
   void choose_origin(std::span<const Vec3> positions, bool is_float);
-  void note_nonfinite(VertexId vertex);
   void flush();
 
   std::filesystem::path path_;
+  MemoryBudget& budget_;
   store::File file_;
   std::uint64_t begin_ = 0;  // in the file, of the first position
   bool in_place_ = false;
   store::DiskShare disk_;
   Vec3 origin_;
   Box3 box_;
-  std::vector<VertexId> nonfinite_;
+  VertexRuns nonfinite_;
   std::uint64_t vertices_ = 0;
   std::vector<Vec3f> waiting_;
 };
@@ -85,6 +92,7 @@ class VertexLookup {
 
   /// Blocks read so far.
   std::uint64_t misses() const { return misses_; }
+  const VertexSpool& spool() const { return spool_; }
 
   const Entry& operator[](VertexId v) {
     const std::uint32_t slot = slot_of_block_[v / kBlock];
@@ -142,7 +150,8 @@ class PolygonCutting final : public PolygonCutter {
 };
 
 /// The triangles of a file with their corner positions, as a stream that can be repeated. `reader`
-/// and `lookup` must outlive it. Positions are those of the spool plus `shift`.
+/// and `lookup` must outlive it. Positions are those of the spool plus `shift`. Triangles with a
+/// corner that is not finite are left out.
 TriangleSource triangles_of(IndexedMeshReader& reader, VertexLookup& lookup, const Vec3& shift);
 
 }  // namespace remaps::pipeline

@@ -30,6 +30,11 @@ bool same_bits(const Point& a, const Point& b) {
   return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
+template <class Point>
+bool is_finite(const Point& p) {
+  return std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z);
+}
+
 Vec3 to_double(const Vec3& p) {
   return p;
 }
@@ -93,6 +98,10 @@ void EqualMatcher<Point>::match_bucket(const store::BucketFile& file, std::size_
     Point p;
     at = get_point(get_varint(at, step), p);
     v += step;
+    if (!is_finite(p)) {
+      links.add_root(v, p);
+      return at;
+    }
     std::size_t s = static_cast<std::size_t>(hash_of(p)) & (slot_.size() - 1);
     while (slot_[s] != kNoIndex && !same_bits(place_[slot_[s]].p, p))
       s = (s + 1) & (slot_.size() - 1);
@@ -168,6 +177,7 @@ void NearMatcher<Point>::add(VertexId v, const Point& p) {
   std::size_t n = 0;
   sent[n++] = bucket_of_cell(cell);
   put(sent[0], v, p, true);
+  if (!is_finite(p)) return;
   const auto inside = [](double c) {
     const double at = c - kBlock * std::floor(c / kBlock);
     return at >= 1 && at <= kBlock - 2;
@@ -253,7 +263,7 @@ void NearMatcher<Point>::match(LinkBuckets<Point>& links, FunctionRef<void(doubl
     index_cells();
     for (const Candidate& c : candidate_) {
       if (!c.home) continue;
-      const VertexId to = lowest_near(c);
+      const VertexId to = is_finite(c.p) ? lowest_near(c) : c.v;
       to == c.v ? links.add_root(c.v, c.p) : links.add_link(c.v, to);
     }
   }

@@ -19,7 +19,8 @@ struct WeldScratch {
   MemoryBudget* budget = nullptr;
 };
 
-/// Joins each vertex to the first one of exactly its position (-0 is 0).
+/// Joins each vertex to the first one of exactly its position (-0 is 0). One that is not finite is
+/// joined to none.
 template <class Point>
 class EqualMatcher {
  public:
@@ -52,7 +53,8 @@ class EqualMatcher {
   VertexId before_in_rest_ = 0;
 };
 
-/// Joins each vertex to the lowest-numbered one within a distance of it.
+/// Joins each vertex to the lowest-numbered one within a distance of it. One that is not finite is
+/// joined to none.
 template <class Point>
 class NearMatcher {
  public:
