@@ -147,9 +147,10 @@ def speed_table(meshes):
                 f"{row['peak_rss'] / 2**20:.0f}"]
         row = mesh.times[DECODE] or mesh.times[ENCODE]
         rows.append([cells[0], NONE if row is None else f"{row['output_vertices']:,}",
-                     NONE if row is None else f"{row['bytes']:,}", *cells[1:]])
+                     NONE if row is None else f"{row['bytes']:,}", *cells[1:],
+                     NONE if row is None else f"{row['repeats']}"])
     return table(["mesh", "output vertices", "archive bytes", "encode CPU s", "vertices/s", "peak MiB",
-                  "decode CPU s", "vertices/s", "peak MiB"], rows)
+                  "decode CPU s", "vertices/s", "peak MiB", "runs"], rows)
 
 
 def failures(meshes):

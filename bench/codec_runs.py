@@ -195,7 +195,8 @@ class Mesh:
         cpu = min(usage.cpu_seconds for usage in usages)
         decoded = json.loads(self._run(self._decode(base)).stdout)
         self._add(what, base_vertices=base, level=decoded["level"], bytes=self._archive(base).stat().st_size,
-                  output_vertices=decoded["vertices"], cpu_seconds=cpu, peak_rss=max(u.peak_rss for u in usages),
+                  output_vertices=decoded["vertices"], cpu_seconds=cpu, repeats=len(usages),
+                  peak_rss=max(u.peak_rss for u in usages),
                   command=shortened(command))
 
 

@@ -27,7 +27,7 @@ from run_bench import machine, revision
 
 COLUMNS = ["set", "model", "run", "status", "session", "revision", "machine", "command", "vertices", "faces", "size",
            "bytes", "psnr", "l2", "coded_faces", "bits", "base_vertices", "level", "output_vertices", "cpu_seconds",
-           "peak_rss"]
+           "repeats", "peak_rss"]
 # A set: its usual meshes, the bytes that are measured at, and the bases that are tried, as vertices.
 SETS = {
     "small": (("koala",), (3_500, 5_000, 7_000, 10_000, 14_000, 20_000, 28_000, 40_000, 60_000, 90_000),

@@ -186,14 +186,14 @@ class Page(Folder):
             self.row(codec_runs.FULL, bytes=4000, psnr=66.0, l2=5e-4, coded_faces=2000, bits=8),
             self.row(codec_runs.LIMIT, psnr=99.0, l2=1e-5, base_vertices=100, level=4),
             self.row(codec_runs.DECODE, base_vertices=100, bytes=9000, level=4, output_vertices=4_000_000,
-                     cpu_seconds=1.6, peak_rss=50 << 20),
+                     cpu_seconds=1.6, repeats=3, peak_rss=50 << 20),
             self.row(codec_runs.ENCODE, status="exit code 5: too small"),
         ])
         self.assertIn("| cow | 1,000 | 70.0 / 66.0 / **+4.0** | ", page)
         self.assertIn("| 99.0 |", page)
         self.assertIn("2,000 × 8", page)
         self.assertIn("50: 68.00; 100: 70.04", page)
-        self.assertIn("1.60 | 2.50 M | 50", page)
+        self.assertIn("1.60 | 2.50 M | 50 | 3 |", page)
         self.assertIn("* cow, encode: exit code 5: too small", page)
         self.assertNotIn("{{", page)
 
