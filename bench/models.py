@@ -35,6 +35,7 @@ MODELS = {
     "head": Model("MRI head", 2_015_000, "head"),
     "tiny": Model("Generated, 5 k", 5_000, "generated", "5k"),
     "g1": Model("Generated, 1.4 M", 1_440_000, "generated", "1.44M"),
+    "g3": Model("Generated, 3 M", 3_000_000, "generated", "3M"),
     "g14": Model("Generated, 14.4 M", 14_400_000, "generated", "14.4M"),
     "g150": Model("Generated, 150 M", 150_000_000, "generated", "150M"),
 }

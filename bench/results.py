@@ -15,7 +15,7 @@ COLUMNS = [
     "output_hash", "bundle_hash",
     "file_bytes", "positions_cpu", "triangles_cpu",
 ]
-TEXT = {"model", "run", "status", "session", "revision", "machine", "command", "output_hash", "bundle_hash"}
+TEXT = {"set", "model", "run", "status", "session", "revision", "machine", "command", "output_hash", "bundle_hash"}
 
 
 def to_value(column, text):

@@ -2,6 +2,7 @@
 """Runs the benchmark: measures remaps and its peers, stores the results, writes docs/benchmarks.md.
 
     ./dev bench [SET...] [OPTIONS]      installs and builds what is needed, then calls this
+    ./dev bench codec ...               the codec has its own: run_codec.py
 
 Sets: quick, standard (the default), memory, order, output, readers, huge. Every set stands alone and
 can be run again; its rows then replace the old ones. A run that fails is a row that says why, and the
