@@ -39,16 +39,18 @@ class BundleSurface final : public CodedSurface {
       mesh_.signals.push_back({signal.kind, std::vector<Vec3>(hierarchy.vertices())});
     }
     const resample::DyadicGrid grid(mesh_.base_vertices, mesh_.base, mesh_.levels);
-    for (std::uint64_t i = 0; i < hierarchy.faces(); ++i) {
-      const codec::Face to = hierarchy.finest_face(i);
-      const Triangle from = grid.triangle(i);
-      for (std::size_t k = 0; k < 3; ++k) {
-        mesh_.position[to[k]] = by_grid.positions[from[k]];
-        for (std::size_t s = 0; s < mesh_.signals.size(); ++s) {
-          mesh_.signals[s].value[to[k]] = by_grid.signals[s].value[from[k]];
+    std::uint64_t face = 0;
+    resample::stream_faces(grid, nullptr, [&](std::span<const Triangle> part) {
+      for (const Triangle& from : part) {
+        const codec::Face to = hierarchy.finest_face(face++);
+        for (std::size_t k = 0; k < 3; ++k) {
+          mesh_.position[to[k]] = by_grid.positions[from[k]];
+          for (std::size_t s = 0; s < mesh_.signals.size(); ++s) {
+            mesh_.signals[s].value[to[k]] = by_grid.signals[s].value[from[k]];
+          }
         }
       }
-    }
+    });
   }
 
   SemiRegularMesh release_mesh() override { return std::move(mesh_); }

@@ -69,11 +69,13 @@ void write_mesh(const SemiRegularMesh& mesh, const std::filesystem::path& path,
   }
   const auto writer = open_mesh_writer(path, grid.vertices(), grid.faces(), {mesh.levels, specs});
   std::vector<std::uint32_t> order(mesh.position.size());
-  for (std::uint64_t i = 0; i < hierarchy.faces(); ++i) {
-    const codec::Face from = hierarchy.finest_face(i);
-    const Triangle to = grid.triangle(i);
-    for (std::size_t k = 0; k < 3; ++k) order[to[k]] = from[k];
-  }
+  std::uint64_t face = 0;
+  resample::stream_faces(grid, nullptr, [&](std::span<const Triangle> part) {
+    for (const Triangle& to : part) {
+      const codec::Face from = hierarchy.finest_face(face++);
+      for (std::size_t k = 0; k < 3; ++k) order[to[k]] = from[k];
+    }
+  });
   std::vector<Vec3> positions;
   std::vector<std::byte> rows;
   for (std::size_t at = 0; at < order.size(); at += kChunk) {
