@@ -117,7 +117,7 @@ void add_codec_commands(CLI::App& program, Action& action) {
   CLI::App& encode_verb = add_verb(
       program, "encode",
       "Compress a semi-regular mesh into an archive of which every beginning can be decoded",
-      "encode scan.remaps scan.remapsa --max-bytes 40k");
+      "encode scan.remaps scan.archive --max-bytes 40k");
   auto e = std::make_shared<EncodeArguments>();
   pipeline::EncodeOptions& o = e->options;
   add_path(encode_verb, "INPUT", o.input,
@@ -169,7 +169,7 @@ void add_codec_commands(CLI::App& program, Action& action) {
 
   CLI::App& decode_verb =
       add_verb(program, "decode", "Make a mesh of an archive, or of its beginning",
-               "decode scan.remapsa scan.ply --bytes 5000");
+               "decode scan.archive scan.ply --bytes 5000");
   auto d = std::make_shared<DecodeArguments>();
   pipeline::DecodeOptions& p = d->options;
   add_path(decode_verb, "ARCHIVE", p.archive, "Archive, or the beginning of one")->required();
