@@ -11,30 +11,6 @@
 
 namespace remaps {
 
-/// What full colour is: 255 of a byte, 1 of a float.
-inline double full_colour(ScalarType type) {
-  switch (type) {
-    case ScalarType::int8:
-      return std::numeric_limits<std::int8_t>::max();
-    case ScalarType::uint8:
-      return std::numeric_limits<std::uint8_t>::max();
-    case ScalarType::int16:
-      return std::numeric_limits<std::int16_t>::max();
-    case ScalarType::uint16:
-      return std::numeric_limits<std::uint16_t>::max();
-    case ScalarType::int32:
-      return std::numeric_limits<std::int32_t>::max();
-    case ScalarType::uint32:
-      return std::numeric_limits<std::uint32_t>::max();
-    case ScalarType::int64:
-      return static_cast<double>(std::numeric_limits<std::int64_t>::max());
-    case ScalarType::uint64:
-      return static_cast<double>(std::numeric_limits<std::uint64_t>::max());
-    default:
-      return 1;
-  }
-}
-
 /// One attribute in the rows that a writer is given.
 class AttributeField {
  public:

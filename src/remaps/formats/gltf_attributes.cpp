@@ -35,22 +35,6 @@ ScalarType scalar_of(GltfComponent component) {
   }
 }
 
-/// The value that means 1 in a normalized integer; 1 of floats.
-double full_of(ScalarType type) {
-  switch (type) {
-    case ScalarType::int8:
-      return std::numeric_limits<std::int8_t>::max();
-    case ScalarType::uint8:
-      return std::numeric_limits<std::uint8_t>::max();
-    case ScalarType::int16:
-      return std::numeric_limits<std::int16_t>::max();
-    case ScalarType::uint16:
-      return std::numeric_limits<std::uint16_t>::max();
-    default:
-      return 1;
-  }
-}
-
 /// The colours of all primitives together.
 std::optional<AttributeSpec> find_colour(const GltfScene& scene) {
   std::optional<ScalarType> type;
@@ -80,7 +64,7 @@ class GltfNumbers {
       : accessor_(scene.accessors[number]),
         type_(scalar_of(accessor_.component)),
         elements_(scene.buffers, accessor_, path, kPieceBytes),
-        full_(normalized || accessor_.normalized ? full_of(type_) : 1) {}
+        full_(normalized || accessor_.normalized ? full_colour(type_) : 1) {}
 
   /// The next element; what it does not have is 1, as the alpha of a colour.
   std::array<double, 4> next() {
@@ -158,7 +142,7 @@ class RowMaker {
         put(specs_[i], columns_[i]->next(), to);
       } else {
         const bool colour = specs_[i].kind == AttributeKind::colour;
-        std::fill(to.begin(), to.end(), colour ? full_of(specs_[i].components[0].type) : 0.0);
+        std::fill(to.begin(), to.end(), colour ? full_colour(specs_[i].components[0].type) : 0.0);
       }
     }
     return row_;
@@ -182,7 +166,7 @@ class RowMaker {
       to[0] = value[0];
       to[1] = 1 - value[1];
     } else {
-      const double full = full_of(spec.components[0].type);
+      const double full = full_colour(spec.components[0].type);
       for (std::size_t i = 0; i < to.size(); ++i) to[i] = full * value[i];
     }
   }

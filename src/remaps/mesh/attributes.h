@@ -31,6 +31,8 @@ std::size_t size_of(ScalarType type);
 /// "uint8" and so on.
 std::string_view name_of(ScalarType type);
 std::optional<ScalarType> scalar_type_named(std::string_view name);
+/// What full colour is: 255 of a uint8, the largest number of any integer, 1 of a float.
+double full_colour(ScalarType type);
 constexpr bool is_integer(ScalarType type) {
   return type < ScalarType::float32;
 }

@@ -1,7 +1,6 @@
 #include "remaps/pipeline/mesh_signals.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace remaps::pipeline {
@@ -14,14 +13,6 @@ std::optional<SignalKind> signal_kind(const AttributeSpec& spec) {
   if (spec.kind == AttributeKind::colour) return SignalKind::kColour;
   if (spec.kind == AttributeKind::normal) return SignalKind::kNormal;
   return std::nullopt;
-}
-
-/// The largest value of a colour's component.
-double full_scale(ScalarType type) {
-  if (!is_integer(type)) return 1;
-  const auto bits = static_cast<double>(8 * size_of(type));
-  const bool is_signed = name_of(type).front() == 'i';
-  return std::exp2(is_signed ? bits - 1 : bits) - 1;
 }
 
 }  // namespace
@@ -70,7 +61,7 @@ void MeshCollector::take(std::span<const double> row) {
     const AttributeSpec& spec = specs_[i];
     const bool colour = spec.kind == AttributeKind::colour;
     const auto value = [&](std::size_t c) {
-      return colour ? row[c] / full_scale(spec.components[c].type) : row[c];
+      return colour ? row[c] / full_colour(spec.components[c].type) : row[c];
     };
     signals[i].value.push_back({value(0), value(1), value(2)});
     row = row.subspan(spec.components.size());
