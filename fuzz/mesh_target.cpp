@@ -137,8 +137,10 @@ std::optional<Delivered> read_triangles_first(const std::filesystem::path& path,
 
 void check_message(const std::string& message, const std::filesystem::path& path) {
   if (message.empty()) return;
-  static constexpr std::array<std::string_view, 9> kPlaces = {
-      "byte", "line", "header", "accessor", "buffer", "mesh", "node", "facet", "glTF"};
+  // From "accessor" on members of glTF's JSON.
+  static constexpr std::array<std::string_view, 11> kPlaces = {
+      "byte",  "line",   "header", "facet", "glTF", "accessor",
+      "asset", "buffer", "mesh",   "node",  "scene"};
   const bool has_place = std::any_of(kPlaces.begin(), kPlaces.end(), [&](std::string_view place) {
     return message.find(place) != std::string::npos;
   });

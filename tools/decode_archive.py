@@ -18,6 +18,7 @@ import dyadic_numbering
 
 BLOCK = 4096
 MASK = 0xFFFFFFFF
+LOOP_UPDATE = 2.916, 2.537, 2.292, 2.168, 2.117, 2.104, 2.115, 2.134, 2.16, 2.192
 
 
 class Ended(Exception):
@@ -404,36 +405,82 @@ class Synthesis:
                     self.boundary.update(level.ends(s))
 
     def rule(self, v):
-        """update, keep, share"""
+        """update, mean, keep, share"""
         edge = v in self.boundary
         n = self.valence[v] if v < len(self.valence) else 4 if edge else 6
         if self.kind == 1:
-            return 0.75 / (n - 1 if edge else n), 1, 0
+            return 0.75 / (n - 1 if edge else n), 0, 1, 0
         if edge:
-            return 0.17, 0.5, 0.25
+            return 0.437, 0.28, 0.5, 0.25
         w = 0.625 - (0.375 + 0.25 * math.cos(2 * math.pi / n)) ** 2
-        keep = 1 - 1.6 * w
-        return 8 * (1 - 1.41 * keep) / (3 * n), keep, 1.6 * w / n
+        return LOOP_UPDATE[min(n, 12) - 3] / n, 0.9 / n, 1 - 1.6 * w, 1.6 * w / n
 
     def step(self, j, x):
         """From the values of level j and the details of level j + 1 to the values of level j + 1."""
         level = self.levels[j]
         new = level.vertices
-        if self.kind > 0:
-            rules = [self.rule(v) for v in range(level.vertices)]
+        rules = [self.rule(v) for v in range(new)] if self.kind > 0 else []
+        if self.kind == 1:
             for e, s in enumerate(level.side):
-                half = 0.5 if self.kind == 1 and not level.twin_of(s) else 1
+                half = 1 if level.twin_of(s) else 0.5
                 for v in level.ends(s):
                     x[v] = add((1, x[v]), (-half * rules[v][0], x[new + e]))
+        if self.kind == 2:
+            self.mix(level, rules, x)
+            x[:new] = [add((1, x[v]), (-1, f)) for v, f in enumerate(self.fit(level, rules, x))]
         for e, s in enumerate(level.side):
             x[new + e] = add((1, x[new + e]), (1, self.predict(level, s, x)))
         if self.kind == 2:
-            for v in range(level.vertices):
-                x[v] = add((rules[v][1], x[v]))
-            for e, s in enumerate(level.side):
-                for v in level.ends(s):
-                    if not level.twin_of(s) or v not in self.boundary:
-                        x[v] = add((1, x[v]), (rules[v][2], x[new + e]))
+            x[:new] = self.smooth(level, rules, x[:new], x[new:])
+
+    def own_ends(self, level, s):
+        return [v for v in level.ends(s) if not level.twin_of(s) or v not in self.boundary]
+
+    def own_opposite(self, level, s):
+        if not level.twin_of(s):
+            return []
+        return [v for v in (level.opposite(s), level.opposite(level.twin_of(s))) if v not in self.boundary]
+
+    def mix(self, level, rules, x):
+        new = level.vertices
+        mean = [(0, 0, 0)] * new
+        for e, s in enumerate(level.side):
+            for v in self.own_ends(level, s):
+                mean[v] = add((1, mean[v]), (rules[v][1], x[new + e]))
+        for e, s in enumerate(level.side):
+            x[new + e] = add((0.7, x[new + e]), *((1, mean[v]) for v in self.own_ends(level, s)))
+
+    def smooth(self, level, rules, even, odd):
+        even = [add((r[2], v)) for r, v in zip(rules, even)]
+        for s, y in zip(level.side, odd):
+            for v in self.own_ends(level, s):
+                even[v] = add((1, even[v]), (rules[v][3], y))
+        return even
+
+    def fit(self, level, rules, x):
+        detail = x[level.vertices:level.vertices + len(level.side)]
+        f = [(0, 0, 0)] * level.vertices
+        for s, d in zip(level.side, detail):
+            for v in self.own_ends(level, s):
+                f[v] = add((1, f[v]), (rules[v][0], d))
+            for v in self.own_opposite(level, s):
+                f[v] = add((1, f[v]), (-0.54 * rules[v][0], d))
+        move, rho, middle, half = [(0, 0, 0)] * level.vertices, 0, 2.225, 1.975
+        for i in range(4):
+            odd = [add((1, d), (-1, self.predict(level, s, f))) for s, d in zip(level.side, detail)]
+            even = self.smooth(level, rules, [add((-1, v)) for v in f], odd)
+            rest = [add((r[2], v)) for r, v in zip(rules, even)]
+            for s, o in zip(level.side, odd):
+                q = add((1, o), *((rules[v][3], even[v]) for v in self.own_ends(level, s)))
+                for v in self.own_ends(level, s):
+                    rest[v] = add((1, rest[v]), (3 / 8 if level.twin_of(s) else 1 / 2, q))
+                for v in self.own_opposite(level, s):
+                    rest[v] = add((1, rest[v]), (1 / 8, q))
+            sigma = 1 / (2 * middle / half - rho) if i else half / middle
+            move = [add((sigma * rho, m), ((2 if i else 1) * sigma / half, r)) for m, r in zip(move, rest)]
+            f = [add((1, v), (1, m)) for v, m in zip(f, move)]
+            rho = sigma
+        return f
 
     def predict(self, level, s, x):
         twin = level.twin_of(s)

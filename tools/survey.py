@@ -35,7 +35,8 @@ import mesh_topology
 
 REFUSALS = {3: "input", 4: "geometry", 5: "memory or disk"}
 CODE_MIB = 32  # of program and libraries, beyond --memory
-PLACE = re.compile(r"\b(byte|line|header|vertex|face|edge|accessor|node|mesh|facet)\b")
+# glTF files have JSON paths for places: asset, meshes[0].primitives[1].
+PLACE = re.compile(r"\b(byte|line|header|vertex|face|edge|accessor|node|mesh|facet|asset|scene)\b|\w\[\d+\]")
 TETRAHEDRON = "OFF\n4 4 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n"
 
 

@@ -42,12 +42,11 @@ void get_surface(Unpacker& unpacker, const std::string& what, Tile& tile) {
   unpacker.get_vector(vertices, tile.position);
   if (faces > unpacker.left() / 3) refuse(what, "more faces announced than there are bytes for");
   tile.triangle.resize(faces);
-  std::int64_t before = 0;
+  std::uint64_t before = 0;  // differences may be anything: wraps
   for (auto& t : tile.triangle) {
     for (LocalIndex& v : t) {
-      before += unpacker.get_signed();
-      if (before < 0 || before >= vertices)
-        refuse(what, "a face names a vertex that does not exist");
+      before += static_cast<std::uint64_t>(unpacker.get_signed());
+      if (before >= vertices) refuse(what, "a face names a vertex that does not exist");
       v = static_cast<LocalIndex>(before);
     }
   }
