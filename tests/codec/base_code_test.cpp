@@ -74,6 +74,17 @@ TEST(BaseCode, ShuffledBasesTakeAboutTheSame) {
   }
 }
 
+/// Whose border is as long as the base is large: a step for each of its edges would never end.
+TEST(BaseCode, TakesLongBordersInLinearTime) {
+  constexpr std::uint32_t kFaces = 200'000;
+  test::CodecBase fan;
+  fan.position.assign(kFaces + 2, Vec3{});
+  for (std::uint32_t i = 0; i < kFaces; ++i) fan.face.push_back({0, i + 1, i + 2});
+  const GridBase coded = grid_base(fan, 1);
+  const GridBase decoded = decode(encode_base(coded), coded);
+  EXPECT_EQ(decoded.face, coded.face);
+}
+
 TEST(BaseCode, RefusesCodesOfSomethingElse) {
   const GridBase base = grid_base(test::base_of(test::torus(4, 5)), 300);
   const store::Bytes code = encode_base(base);

@@ -24,8 +24,6 @@ constexpr unsigned kMostPlanes = 30;
 
 constexpr std::uint64_t kDecoderBytesPerVertex = 68;
 constexpr std::uint64_t kSignalBytesPerVertex = sizeof(Vec3);
-/// Of the base, as it is decoded and joined: most of it are the sides of its faces in a hash table.
-constexpr std::uint64_t kDecoderBytesPerBaseFace = 256;
 
 store::Bytes pack_header(const ArchiveHeader& header) {
   const Quantization& q = header.quantization;
@@ -283,8 +281,9 @@ SemiRegularMesh Archive::decode(std::uint64_t prefix, unsigned level, MemoryBudg
       (std::uint64_t{header_.base_faces} << (2 * header_.levels)) / 2 + header_.base_vertices;
   const std::uint64_t signals = with_signals ? signals_.size() : 0;
   const Reservation memory =
-      budget.reserve(vertices * (kDecoderBytesPerVertex + signals * kSignalBytesPerVertex) +
-                         header_.base_faces * kDecoderBytesPerBaseFace,
+      budget.reserve(vertices * (kDecoderBytesPerVertex + signals * kSignalBytesPerVertex +
+                                 WaveletTransform::working_bytes_per_vertex(header_.wavelet)) +
+                         header_.base_faces * kBaseCodeBytesPerFace,
                      "the details of the mesh to be decoded");
   try {
     GridBase base = decode_base(bytes_.subspan(kHeaderBytes + kChecksumBytes, header_.base_bytes),

@@ -34,17 +34,9 @@ class GrowingMesh {
   std::uint32_t degree(std::uint32_t vertex) const { return degree_[vertex]; }
 
   /// The vertex before the start of an open side along the border of what is known, and the one
-  /// after its end.
-  std::uint32_t before(Side s) const {
-    Side at = s.previous();
-    while (!twin(at).none()) at = twin(at).previous();
-    return from(at);
-  }
-  std::uint32_t after(Side s) const {
-    Side at = s.next();
-    while (!twin(at).none()) at = twin(at).next();
-    return to(at);
-  }
+  /// after its end. Constant time: a hostile base may have a vertex of any valence.
+  std::uint32_t before(Side s) const { return from(border_[s.face()][s.corner()].before); }
+  std::uint32_t after(Side s) const { return to(border_[s.face()][s.corner()].after); }
 
   /// Whether a face may be added: three different vertices, no side that is there already.
   bool accepts(const Face& f) const {
@@ -59,21 +51,43 @@ class GrowingMesh {
     const std::uint32_t number = faces();
     face_.push_back(f);
     twin_.emplace_back();
+    border_.emplace_back();
+    for (std::uint32_t k = 0; k < 3; ++k) {
+      const Side s(number, k);
+      border_[number][k] = {s.previous(), s.next()};
+    }
     for (std::uint32_t k = 0; k < 3; ++k) {
       if (f[k] >= degree_.size()) degree_.resize(f[k] + std::size_t{1}, 0);
       ++degree_[f[k]];
       const std::uint32_t a = f[k], b = f[Side::next_corner(k)];
       side_of_.emplace(edge_key(a, b), Side(number, k));
       const auto other = side_of_.find(edge_key(b, a));
-      if (other == side_of_.end()) continue;
-      twin_[number][k] = other->second;
-      twin_[other->second.face()][other->second.corner()] = Side(number, k);
+      if (other != side_of_.end()) join(Side(number, k), other->second);
     }
   }
 
  private:
+  /// The open sides along the border before and after an open one.
+  struct Neighbours {
+    Side before, after;
+  };
+
+  /// Two open sides become an edge: what was beside them along the border is joined.
+  void join(Side a, Side b) {
+    twin_[a.face()][a.corner()] = b;
+    twin_[b.face()][b.corner()] = a;
+    const Neighbours at_a = border_[a.face()][a.corner()], at_b = border_[b.face()][b.corner()];
+    if (at_a.before != b) connect(at_a.before, at_b.after);
+    if (at_b.before != a) connect(at_b.before, at_a.after);
+  }
+  void connect(Side first, Side second) {
+    border_[first.face()][first.corner()].after = second;
+    border_[second.face()][second.corner()].before = first;
+  }
+
   std::vector<Face> face_;
   std::vector<std::array<Side, 3>> twin_;
+  std::vector<std::array<Neighbours, 3>> border_;
   std::vector<std::uint32_t> degree_;
   std::unordered_map<std::uint64_t, Side> side_of_;
 };

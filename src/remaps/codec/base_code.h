@@ -16,6 +16,9 @@ struct GridBase {
   std::vector<Face> face;                             ///< (f)
 };
 
+/// What finding the order, encoding and decoding take on the way, each. Most are hash tables.
+inline constexpr std::uint64_t kBaseCodeBytesPerFace = 288;
+
 /// The order in which a base is coded and decoded.
 struct BaseOrder {
   std::vector<std::uint32_t> vertex;   ///< (v) new numbers

@@ -15,8 +15,8 @@ class Logistic {
   static const Logistic& tables();
   int stretch(std::uint32_t probability16) const { return stretch_[probability16 >> 4]; }
   /// @return  1 to 2^16 - 1
-  std::uint32_t squash16(int logit) const {
-    return squash_[static_cast<std::size_t>(std::clamp(logit, -2047, 2047) + 2047)];
+  std::uint32_t squash16(std::int64_t logit) const {
+    return squash_[static_cast<std::size_t>(std::clamp<std::int64_t>(logit, -2047, 2047) + 2047)];
   }
 
  private:
@@ -66,9 +66,9 @@ class MixedBit {
     std::int64_t sum = 0;
     for (std::size_t i = 0; i < Inputs; ++i) {
       logit[i] = logistic.stretch(bits_[i][context[i]].probability16());
-      sum += std::int64_t{weight[i]} * logit[i];
+      sum += weight[i] * logit[i];
     }
-    const std::uint32_t p = logistic.squash16(static_cast<int>(sum >> 16));
+    const std::uint32_t p = logistic.squash16(sum >> 16);
     bit = coder.code(bit, p);
     if (Coder::kDecodes && coder.ended()) return false;
     const int error = (bit ? 65535 : 0) - static_cast<int>(p);
@@ -86,7 +86,8 @@ class MixedBit {
   static constexpr int kRate = 15;
 
   std::array<std::vector<AdaptiveBit>, Inputs> bits_;
-  std::vector<std::array<std::int32_t, Inputs>> weights_;
+  std::vector<std::array<std::int64_t, Inputs>>
+      weights_;  // that no code is long enough to overflow
 };
 
 }  // namespace remaps::codec

@@ -179,7 +179,7 @@ class BitplaneCoder {
       near_[i] = seen(neighbour_[i], from, to);
       sum += std::min(near_[i], 8u);
       strongest_ = std::max(strongest_, near_[i]);
-      open_around_ += (open_[neighbour_[i]] >> group_ & 1u);
+      open_around_ += (static_cast<unsigned>(open_[neighbour_[i]]) >> group_) & 1u;
     }
     around_class_ = sum == 0 ? 0 : sum == 1 ? 1 : sum == 2 ? 2 : sum <= 4 ? 3 : sum <= 8 ? 4 : 5;
     parent_vertex_ = parent_of(e);

@@ -93,7 +93,9 @@ store::Bytes encode_base_vertices(const SubdivisionHierarchy& hierarchy, const B
 
 store::Bytes encode_mesh(SemiRegularMesh mesh, const EncodeOptions& options, MemoryBudget& budget) {
   const Reservation memory = budget.reserve(
-      mesh.position.size() * (kEncoderBytesPerVertex + mesh.signals.size() * sizeof(Vec3)),
+      mesh.position.size() * (kEncoderBytesPerVertex + mesh.signals.size() * sizeof(Vec3) +
+                              WaveletTransform::working_bytes_per_vertex(options.wavelet)) +
+          mesh.base.size() * kBaseCodeBytesPerFace,
       "the details of the mesh to be encoded");
   mesh = in_coding_order(std::move(mesh), budget);
   const SubdivisionHierarchy hierarchy(mesh.base_vertices, mesh.base, mesh.levels, budget);

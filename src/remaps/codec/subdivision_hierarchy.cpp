@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 namespace remaps::codec {
 namespace {
@@ -87,7 +88,7 @@ void SubdivisionHierarchy::check_fans(const SubdivisionLevel& level) const {
   for (std::uint32_t f = 0; f < level.faces(); ++f) {
     for (std::uint32_t k = 0; k < 3; ++k) {
       const std::uint32_t v = level.vertex[f][k];
-      if (walked[v]++ != 0) continue;
+      if (std::exchange(walked[v], std::uint8_t{1}) != 0) continue;
       std::uint32_t edges = 1;
       const Side first(f, k);
       Side s = first.previous();

@@ -44,7 +44,9 @@ struct SubdivisionLevel {
   std::vector<Face> vertex;               ///< (faces) corners, counter-clockwise
   std::vector<std::array<Side, 3>> twin;  ///< (faces) the other side of each edge, or none
   std::vector<Face> edge;                 ///< (faces) edge k runs from corner k to corner k + 1
-  std::vector<Side> side;                 ///< (edges) of the first face that has it
+  /// (edges) One of the sides of each: at level 0 that of the lower face; of a half that along its
+  /// parent's; of an inner edge that of the middle child.
+  std::vector<Side> side;
 
   std::uint32_t faces() const { return static_cast<std::uint32_t>(vertex.size()); }
   std::uint32_t edges() const { return static_cast<std::uint32_t>(side.size()); }

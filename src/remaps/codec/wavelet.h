@@ -29,9 +29,13 @@ enum class Wavelet : std::uint8_t {
 /// where many extraordinary vertices meet, and details are sums of coefficients so that these are
 /// nearly orthogonal. The boundary's coefficients depend on it alone.
 ///
-/// Loop's takes 36 bytes a vertex of the finest level on the way, the others nothing.
 class WaveletTransform {
  public:
+  /// What a transform takes on the way, for each vertex of the finest level.
+  static constexpr std::uint64_t working_bytes_per_vertex(Wavelet kind) {
+    return kind == Wavelet::kLoop ? 36 : 0;
+  }
+
   WaveletTransform(const SubdivisionHierarchy& hierarchy, Wavelet kind);
 
   /// Splits level + 1 into level and details.

@@ -24,9 +24,12 @@ namespace {
 constexpr double kFacesPerInputFace = 12;
 constexpr unsigned kFinestChosen = 8;
 /// What coding takes for a vertex: positions, details, connectivity, the code.
-constexpr std::uint64_t kCodingBytesPerVertex = 240;
+constexpr std::uint64_t kCodingBytesPerVertex = 280;
 /// Points of the rate-distortion table: a factor of sqrt(2) in bytes between each two.
 constexpr unsigned kRatePoints = 14;
+
+/// The largest archive of which a summary is made takes half of this.
+constexpr std::uint64_t kSummaryBytes = std::uint64_t{8} << 30;
 
 /// Of --max-bytes, 1 / kSignalShare goes to attributes; the table may take 1 / kTableShare.
 constexpr std::uint64_t kSignalShare = 3, kTableShare = 16;
@@ -144,10 +147,19 @@ ArchiveSummary summarise(const codec::Archive& archive, std::uint64_t bytes) {
   return summary;
 }
 
-store::Bytes read_archive(const std::filesystem::path& path) {
-  const std::string text = store::read_whole_file(path);
-  const auto bytes = std::as_bytes(std::span(text));
-  return {bytes.begin(), bytes.end()};
+/// An archive in memory, and once more the code of it that is decoded.
+struct ArchiveBytes {
+  Reservation memory;
+  store::Bytes bytes;
+};
+
+ArchiveBytes read_archive(const std::filesystem::path& path, MemoryBudget& budget) {
+  const store::File file = store::File::open_read(path);
+  const std::uint64_t size = file.size();
+  ArchiveBytes archive{budget.reserve(2 * size, "the archive"), {}};
+  archive.bytes.resize(static_cast<std::size_t>(size));
+  file.read_at(0, archive.bytes);
+  return archive;
 }
 
 }  // namespace
@@ -199,7 +211,7 @@ ArchiveSummary encode_file(const EncodeOptions& options, Progress& progress) {
 
 DecodeSummary decode_file(const DecodeOptions& options, Progress& progress) {
   MemoryBudget budget(options.memory_bytes);
-  const store::Bytes bytes = read_archive(options.archive);
+  const auto [memory, bytes] = read_archive(options.archive, budget);
   const codec::Archive archive(bytes, options.archive);
   const codec::ArchiveHeader& header = archive.header();
   if (options.level && *options.level > header.levels) {
@@ -236,7 +248,8 @@ DecodeSummary decode_file(const DecodeOptions& options, Progress& progress) {
 }
 
 ArchiveSummary summarise_archive(const std::filesystem::path& path) {
-  const store::Bytes bytes = read_archive(path);
+  MemoryBudget budget(kSummaryBytes);
+  const auto [memory, bytes] = read_archive(path, budget);
   return summarise(codec::Archive(bytes, path), bytes.size());
 }
 
