@@ -36,11 +36,11 @@ PointQuery parse_line(std::string_view line) {
   const std::string_view name = trimmed(line.substr(0, comma));
   const std::string_view rest =
       comma == std::string_view::npos ? std::string_view() : line.substr(comma + 1);
-  for (const auto kind :
-       {PointQuery::Kind::kVertex, PointQuery::Kind::kBase, PointQuery::Kind::kInput}) {
+  for (const auto kind : {PointQuery::Kind::kVertex, PointQuery::Kind::kBase,
+                          PointQuery::Kind::kInput, PointQuery::Kind::kSphere}) {
     if (name == name_of(kind)) return parse_point(kind, rest);
   }
-  throw UsageError(fmt::format("expected vertex, base or input, found \"{}\"", name));
+  throw UsageError(fmt::format("expected vertex, base, input or sphere, found \"{}\"", name));
 }
 
 /// A line of names has no number in any field.
@@ -69,6 +69,26 @@ std::vector<PointQuery> read_points(std::istream& stream, const std::string& nam
   return points;
 }
 
+PointQuery parse_direction(std::string_view text) {
+  const std::vector<std::string_view> fields = split(text);
+  PointQuery point{.kind = PointQuery::Kind::kSphere};
+  double* const coordinates[] = {&point.sphere.direction.x, &point.sphere.direction.y,
+                                 &point.sphere.direction.z};
+  bool good = fields.size() == 3 || fields.size() == 4;
+  for (std::size_t i = 0; good && i < 3; ++i) {
+    const auto number = parse_real(fields[i]);
+    good = number.has_value();
+    if (good) *coordinates[i] = *number;
+  }
+  if (good && fields.size() == 4) {
+    const auto component = parse_integer(fields[3]);
+    good = component && std::in_range<std::uint32_t>(*component);
+    if (good) point.sphere.component = static_cast<std::uint32_t>(*component);
+  }
+  if (!good) throw UsageError(fmt::format("expected X,Y,Z or X,Y,Z,COMPONENT, found \"{}\"", text));
+  return point;
+}
+
 }  // namespace
 
 const char* name_of(PointQuery::Kind kind) {
@@ -79,11 +99,14 @@ const char* name_of(PointQuery::Kind kind) {
       return "base";
     case PointQuery::Kind::kInput:
       return "input";
+    case PointQuery::Kind::kSphere:
+      return "sphere";
   }
   return "";
 }
 
 PointQuery parse_point(PointQuery::Kind kind, std::string_view text) {
+  if (kind == PointQuery::Kind::kSphere) return parse_direction(text);
   PointQuery point{.kind = kind};
   const std::vector<std::string_view> fields = split(text);
   const bool is_vertex = kind == PointQuery::Kind::kVertex;

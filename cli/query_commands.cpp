@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -38,6 +39,7 @@ std::string to_json(const pipeline::Verification& v) {
   json["round_trip_max"] = v.round_trip_max;
   json["round_trip_mean"] = v.round_trip_mean;
   json["map_file_max"] = v.map_file_max;
+  if (v.sphere_vertices > 0) json["sphere_vertices"] = v.sphere_vertices;
   return json.dump(2) + "\n";
 }
 
@@ -53,6 +55,11 @@ std::string to_table(const pipeline::Verification& v, const std::filesystem::pat
       fmt::format("round trip  {} to the base and back: off by {:.1e} on average, {:.1e} at most\n",
                   counted(v.vertices, "vertex"), v.round_trip_mean, v.round_trip_max);
   text += fmt::format("map.bin     at most {:.1e} from the exact map\n", v.map_file_max);
+  if (v.sphere_vertices > 0) {
+    text +=
+        fmt::format("sphere      no face turned over, covered once; {} went over it on the way\n",
+                    counted(v.sphere_vertices, "vertex"));
+  }
   return text + "distances are fractions of the diagonal\n";
 }
 
@@ -76,8 +83,10 @@ std::vector<pipeline::Location> locate_points(const Arguments& a, Progress& prog
   std::vector<VertexId> vertices;
   std::vector<pipeline::BasePoint> base;
   std::vector<pipeline::InputPoint> input;
+  std::vector<pipeline::SpherePlace> sphere;
   for (const PointQuery& p : a.points) {
     if (p.kind == Kind::kVertex) vertices.push_back(p.index);
+    if (p.kind == Kind::kSphere) sphere.push_back(p.sphere);
     if (p.kind == Kind::kInput) input.push_back({.face = p.index, .u = p.u, .v = p.v});
     if (p.kind == Kind::kBase) {
       if (!std::in_range<std::uint32_t>(p.index)) {
@@ -86,14 +95,15 @@ std::vector<pipeline::Location> locate_points(const Arguments& a, Progress& prog
       base.push_back({.face = static_cast<std::uint32_t>(p.index), .u = p.u, .v = p.v});
     }
   }
-  std::vector<pipeline::Location> found[3];
+  std::vector<pipeline::Location> found[4];
   if (!vertices.empty()) found[0] = pipeline::locate_vertices(a.options, vertices, progress);
   if (!base.empty()) found[1] = pipeline::locate_base_points(a.options, base, progress);
   if (!input.empty()) found[2] = pipeline::locate_input_points(a.options, input, progress);
+  if (!sphere.empty()) found[3] = pipeline::locate_directions(a.options, sphere, progress);
 
   std::vector<pipeline::Location> in_order;
   in_order.reserve(a.points.size());
-  std::size_t next[3] = {};
+  std::size_t next[4] = {};
   for (const PointQuery& p : a.points) {
     const auto kind = static_cast<std::size_t>(p.kind);
     in_order.push_back(found[kind].at(next[kind]++));
@@ -103,6 +113,11 @@ std::vector<pipeline::Location> locate_points(const Arguments& a, Progress& prog
 
 std::string question_text(const PointQuery& p) {
   if (p.kind == Kind::kVertex) return fmt::format("vertex {}", p.index);
+  if (p.kind == Kind::kSphere) {
+    const Vec3& d = p.sphere.direction;
+    return fmt::format("sphere {},{},{}", d.x, d.y, d.z) +
+           (p.sphere.component == 0 ? "" : fmt::format(",{}", p.sphere.component));
+  }
   return fmt::format("{} {},{},{}", name_of(p.kind), p.index, p.u, p.v);
 }
 
@@ -115,20 +130,31 @@ std::string to_text(const PointQuery& p, const pipeline::Location& at) {
   text +=
       fmt::format("  input  face {}, u {:.9g}, v {:.9g}   at {:.9g} {:.9g} {:.9g}\n", at.input.face,
                   at.input.u, at.input.v, at.position.x, at.position.y, at.position.z);
-  return text + fmt::format("         its corners are vertices {}, {}, {}\n", corners[0],
-                            corners[1], corners[2]);
+  text += fmt::format("         its corners are vertices {}, {}, {}\n", corners[0], corners[1],
+                      corners[2]);
+  if (!at.sphere) return text;
+  const Vec3& d = at.sphere->direction;
+  text += fmt::format("  sphere {:.12g} {:.12g} {:.12g}", d.x, d.y, d.z);
+  if (at.sphere->component > 0) text += fmt::format("   component {}", at.sphere->component);
+  return text + "\n";
 }
 
 constexpr const char* kCsvHeader =
     "asked,base_face,base_u,base_v,base_x,base_y,base_z,"
-    "input_face,input_u,input_v,input_x,input_y,input_z,vertex_a,vertex_b,vertex_c\n";
+    "input_face,input_u,input_v,input_x,input_y,input_z,vertex_a,vertex_b,vertex_c";
+/// Where the bundle has a sphere; empty for points that are not on it.
+constexpr const char* kCsvSphere = ",sphere_x,sphere_y,sphere_z,sphere_component";
 
-std::string to_csv(const PointQuery& p, const pipeline::Location& at) {
-  const auto& [base, input, position, base_position] = at;
-  return fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", name_of(p.kind),
-                     base.face, base.u, base.v, base_position.x, base_position.y, base_position.z,
-                     input.face, input.u, input.v, position.x, position.y, position.z,
-                     input.vertex[0], input.vertex[1], input.vertex[2]);
+std::string to_csv(const PointQuery& p, const pipeline::Location& at, bool has_sphere) {
+  const auto& [base, input, position, base_position, sphere] = at;
+  const std::string row = fmt::format(
+      "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}", name_of(p.kind), base.face, base.u, base.v,
+      base_position.x, base_position.y, base_position.z, input.face, input.u, input.v, position.x,
+      position.y, position.z, input.vertex[0], input.vertex[1], input.vertex[2]);
+  if (!has_sphere) return row + "\n";
+  if (!sphere) return row + ",,,,\n";
+  const Vec3& d = sphere->direction;
+  return row + fmt::format(",{},{},{},{}\n", d.x, d.y, d.z, sphere->component);
 }
 
 Json to_json(const PointQuery& p, const pipeline::Location& at) {
@@ -136,6 +162,8 @@ Json to_json(const PointQuery& p, const pipeline::Location& at) {
   Json json;
   if (p.kind == Kind::kVertex) {
     json["asked"] = {{"vertex", p.index}};
+  } else if (p.kind == Kind::kSphere) {
+    json["asked"] = {{"sphere", xyz(p.sphere.direction)}, {"component", p.sphere.component}};
   } else {
     json["asked"] = {{name_of(p.kind), {{"face", p.index}, {"u", p.u}, {"v", p.v}}}};
   }
@@ -148,6 +176,10 @@ Json to_json(const PointQuery& p, const pipeline::Location& at) {
                    {"v", at.input.v},
                    {"vertices", at.input.vertex},
                    {"position", xyz(at.position)}};
+  if (at.sphere) {
+    json["sphere"] = {{"direction", xyz(at.sphere->direction)},
+                      {"component", at.sphere->component}};
+  }
   return json;
 }
 
@@ -155,7 +187,7 @@ void locate(const Arguments& a) {
   check_bundle(a.options.bundle);
   check_temp_dir(a.options.temp_dir);
   if (a.points.empty() && !a.from_file) {
-    throw UsageError("no point is asked for: give --vertex, --base, --input or --in");
+    throw UsageError("no point is asked for: give --vertex, --base, --input, --sphere or --in");
   }
   std::vector<pipeline::Location> found;
   {
@@ -171,9 +203,11 @@ void locate(const Arguments& a) {
     return;
   }
   const bool csv = a.csv || a.from_file;
-  if (csv) print(kCsvHeader);
+  const bool has_sphere =
+      std::any_of(found.begin(), found.end(), [](const auto& at) { return at.sphere.has_value(); });
+  if (csv) print(std::string(kCsvHeader) + (has_sphere ? kCsvSphere : "") + "\n");
   for (std::size_t i = 0; i < found.size(); ++i) {
-    print(csv ? to_csv(a.points[i], found[i]) : to_text(a.points[i], found[i]));
+    print(csv ? to_csv(a.points[i], found[i], has_sphere) : to_text(a.points[i], found[i]));
   }
 }
 
@@ -205,14 +239,18 @@ void add_points(CLI::App& verb, Arguments& a) {
   add_kind(Kind::kBase, "FACE,U,V",
            "A point of a base face, weights 1-U-V, U, V on its corners. Repeatable");
   add_kind(Kind::kInput, "FACE,U,V", "A point of an input face, likewise. Repeatable");
-  add_repeatable(verb, "--in", "FILE",
-                 "A file of lines `vertex,I`, `base,FACE,U,V` or `input,FACE,U,V`; - is standard "
-                 "input. The answer is CSV. Repeatable",
-                 [&a](const std::string& text) {
-                   const auto points = read_points_file(text);
-                   a.points.insert(a.points.end(), points.begin(), points.end());
-                   a.from_file = true;
-                 });
+  add_kind(Kind::kSphere, "X,Y,Z",
+           "A direction on the sphere of a bundle that has one; X,Y,Z,C on that of component C. "
+           "Repeatable");
+  add_repeatable(
+      verb, "--in", "FILE",
+      "A file of lines `vertex,I`, `base,FACE,U,V`, `input,FACE,U,V` or `sphere,X,Y,Z`; - is "
+      "standard input. The answer is CSV. Repeatable",
+      [&a](const std::string& text) {
+        const auto points = read_points_file(text);
+        a.points.insert(a.points.end(), points.begin(), points.end());
+        a.from_file = true;
+      });
 }
 
 void add_common(CLI::App& verb, Arguments& a) {

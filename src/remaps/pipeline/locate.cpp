@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cmath>
 #include <memory>
+#include <optional>
 
 #include "remaps/base/workers.h"
 #include "remaps/pipeline/map_file.h"
 #include "remaps/pipeline/push_forward.h"
 #include "remaps/pipeline/query.h"
 #include "remaps/pipeline/query_run.h"
+#include "remaps/pipeline/sphere_files.h"
 #include "remaps/pipeline/vertex_ledger.h"
 
 namespace remaps::pipeline {
@@ -38,7 +40,34 @@ bool clamp_weights(double& u, double& v) {
 class Locator {
  public:
   Locator(const QueryOptions& options, Progress& progress)
-      : run_(options), bundle_(run_.bundle), manifest_(bundle_.manifest()), progress_(progress) {}
+      : run_(options), bundle_(run_.bundle), manifest_(bundle_.manifest()), progress_(progress) {
+    if (has_sphere(bundle_)) sphere_.emplace(bundle_, run_.budget);
+  }
+
+  std::vector<Location> from_directions(const std::vector<SpherePlace>& places) {
+    if (!sphere_) sphere_.emplace(bundle_, run_.budget);  // says that there is none
+    const sphere::SphericalMap& map = sphere_->map();
+    std::vector<BasePoint> points;
+    for (const SpherePlace& place : places) {
+      const double length = norm(place.direction);
+      if (!(length > 0) || !std::isfinite(length)) {
+        throw InputError(fmt::format("{}, {}, {} is no direction", place.direction.x,
+                                     place.direction.y, place.direction.z));
+      }
+      if (place.component >= map.components()) {
+        throw InputError(fmt::format("there is no sphere of component {}; there {} {}",
+                                     place.component, map.components() == 1 ? "is" : "are",
+                                     map.components()));
+      }
+      const LocalIndex near =
+          points.empty() || map.component_of(points.back().face) != place.component
+              ? map.first_face(place.component)
+              : points.back().face;
+      const sphere::FaceWeights at = map.locate(1 / length * place.direction, near);
+      points.push_back({at.face, at.u, at.v});
+    }
+    return pull_back(points, nullptr);
+  }
 
   std::vector<Location> from_vertices(const std::vector<VertexId>& vertices) {
     std::vector<BasePoint> points;
@@ -81,6 +110,9 @@ class Locator {
   void set_base(const map::FacePoint& at, Location& location) const {
     location.base = {at.face, at.u, at.v};
     location.base_position = manifest_.origin + position_on_base(bundle_.base(), at);
+    if (!sphere_ || sphere_->map().component_of(at.face) == kNoIndex) return;
+    location.sphere = {sphere_->map().direction({at.face, at.u, at.v}),
+                       sphere_->map().component_of(at.face)};
   }
 
   void set_input(const Tile& tile, const map::FacePoint& at, Location& location) const {
@@ -157,6 +189,7 @@ class Locator {
   const Bundle& bundle_;
   const Manifest& manifest_;
   Progress& progress_;
+  std::optional<SphereFiles> sphere_;
 };
 
 /// Looks through the tiles for the faces asked for, until all are found.
@@ -228,6 +261,12 @@ std::vector<Location> locate_input_points(const QueryOptions& options,
                                           const std::vector<InputPoint>& points,
                                           Progress& progress) {
   return Locator(options, progress).from_input(points);
+}
+
+std::vector<Location> locate_directions(const QueryOptions& options,
+                                        const std::vector<SpherePlace>& places,
+                                        Progress& progress) {
+  return Locator(options, progress).from_directions(places);
 }
 
 }  // namespace remaps::pipeline

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@ struct Verification {
   std::int64_t euler_characteristic = 0;
   double round_trip_max = 0, round_trip_mean = 0;  ///< fractions of the diagonal
   double map_file_max = 0;  ///< largest distance on the base between map.bin and the log, same unit
+  /// Vertices whose way led over the sphere and back, too: those of its components.
+  std::uint64_t sphere_vertices = 0;
 };
 
 struct QueryOptions {
@@ -51,11 +54,18 @@ struct InputPoint {
   std::array<VertexId, 3> vertex{};  ///< corners of the face
 };
 
+/// A direction from the centre of the sphere that a component of the base is mapped to.
+struct SpherePlace {
+  Vec3 direction;               ///< of any length but 0; of length 1 in a Location
+  std::uint32_t component = 0;  ///< of the base, the one with most faces first
+};
+
 struct Location {
   BasePoint base;
   InputPoint input;
-  Vec3 position;       ///< on the input surface
-  Vec3 base_position;  ///< on the flat base face
+  Vec3 position;                      ///< on the input surface
+  Vec3 base_position;                 ///< on the flat base face
+  std::optional<SpherePlace> sphere;  ///< none: the bundle has no sphere, or not for this point
 };
 
 /// Where input vertices lie on the base, from map.bin, that is, to float precision. The point of
@@ -77,6 +87,12 @@ std::vector<Location> locate_base_points(const QueryOptions& options,
 std::vector<Location> locate_input_points(const QueryOptions& options,
                                           const std::vector<InputPoint>& points,
                                           Progress& progress);
+
+/// What of the surface is where on the sphere. Needs a bundle with a spherical map.
+/// @throws InputError  there is no such map or component, or a direction is 0; CorruptionError: the
+///                     bundle is damaged
+std::vector<Location> locate_directions(const QueryOptions& options,
+                                        const std::vector<SpherePlace>& places, Progress& progress);
 
 /// What a bundle holds: its manifest, as JSON text, unchecked.
 /// @throws InputError  it has none

@@ -17,6 +17,7 @@
 #include "remaps/pipeline/parameterize.h"
 #include "remaps/pipeline/resource_monitor.h"
 #include "remaps/pipeline/run_plan.h"
+#include "remaps/pipeline/staged.h"
 #include "remaps/pipeline/vertex_spool.h"
 
 namespace remaps::pipeline {
@@ -26,52 +27,16 @@ unsigned thread_count(unsigned wanted) {
   return wanted != 0 ? wanted : std::max(1u, std::thread::hardware_concurrency());
 }
 
-std::filesystem::path parent_of(const std::filesystem::path& path) {
-  const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
-  return whole.has_filename() ? whole.parent_path() : whole.parent_path().parent_path();
-}
-
-/// A place beside the final one, on the same file system, so that a rename finishes the job.
-class Staged {
- public:
-  explicit Staged(const std::filesystem::path& target)
-      : target_(target), directory_(parent_of(target)) {}
-
-  std::filesystem::path path() const { return directory_.path() / target_.filename(); }
-  /// Moves outputs out, whose paths are in the report, and counts their bytes.
-  void outputs_to_targets(Report& report) const {
-    for (Report::Output& output : report.outputs) {
-      const std::filesystem::path from = output.path;
-      const std::filesystem::path to = target_.parent_path() / from.filename();
-      report.bytes_written += std::filesystem::file_size(from);
-      std::filesystem::rename(from, to);
-      output.path = to.string();
-    }
-    report.output_path = report.outputs.back().path;
+/// Moves outputs out, whose paths are in the report, and counts their bytes.
+void move_outputs(const Staged& staged, Report& report) {
+  for (Report::Output& output : report.outputs) {
+    const std::filesystem::path from = output.path;
+    const std::filesystem::path to = staged.target().parent_path() / from.filename();
+    report.bytes_written += std::filesystem::file_size(from);
+    std::filesystem::rename(from, to);
+    output.path = to.string();
   }
-  /// Replaces what is there; only ever called for an earlier bundle.
-  void directory_to_target() const {
-    const std::filesystem::path old = directory_.path() / "replaced";
-    if (std::filesystem::exists(target_)) std::filesystem::rename(target_, old);
-    std::filesystem::rename(path(), target_);
-  }
-
- private:
-  std::filesystem::path target_;
-  store::TempDir directory_;
-};
-
-std::filesystem::path without_slash(const std::filesystem::path& path) {
-  return path.has_filename() ? path : path.parent_path();
-}
-
-void check_bundle_target(const std::filesystem::path& bundle) {
-  if (!std::filesystem::exists(bundle)) return;
-  const bool replaceable =
-      std::filesystem::is_directory(bundle) &&
-      (std::filesystem::exists(bundle / kManifestName) || std::filesystem::is_empty(bundle));
-  if (!replaceable)
-    throw IoError(bundle.string() + ": exists and is not a bundle; it is left alone");
+  report.output_path = report.outputs.back().path;
 }
 
 /// Where no level meets the goal for the error, the base gets so many times larger, so often.
@@ -176,7 +141,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   }
   progress.check();
   if (has_bundle) staged_bundle->directory_to_target();
-  if (has_output) staged_output->outputs_to_targets(report);
+  if (has_output) move_outputs(*staged_output, report);
   monitor.finish(report);
   return report;
 }
@@ -216,7 +181,7 @@ Report resample_bundle(const ResampleBundleOptions& options, Progress& progress)
                {staged.path(), temp.path(), options.level, options.coarsest, threads, options.fit,
                 options.measure, options.samples, options.attributes},
                plan, budget, progress, report);
-  staged.outputs_to_targets(report);
+  move_outputs(staged, report);
   monitor.finish(report);
   return report;
 }

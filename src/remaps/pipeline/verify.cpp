@@ -11,6 +11,7 @@
 #include "remaps/pipeline/push_forward.h"
 #include "remaps/pipeline/query.h"
 #include "remaps/pipeline/query_run.h"
+#include "remaps/pipeline/sphere_files.h"
 #include "remaps/pipeline/vertex_ledger.h"
 
 namespace remaps::pipeline {
@@ -64,6 +65,10 @@ class Verifier {
                                         sizeof(MapRecord)));
     }
     if (bundle_.attributes() != nullptr) check_attributes();
+    if (has_sphere(bundle_)) {
+      sphere_.emplace(bundle_, run_.budget);
+      sphere_->check_vertices(bundle_, progress_);
+    }
     progress_.advance(1);
   }
 
@@ -177,7 +182,7 @@ class Verifier {
     progress_.begin("points to the base");
     push_forward(bundle_, std::move(start_), push, run_.budget, [&](const map::TaggedPoint& point) {
       ledger_->add_on_base(point.tag, point.at);
-      on_base.add(0, point);
+      on_base.add(0, {point.tag, over_sphere(point.at)});
     });
     progress_.begin("points back to the input");
     resample::ResampleOptions pull;
@@ -200,6 +205,15 @@ class Verifier {
             ledger_->add_returned(point.tag, resample::position_on_tile(tile, point.at));
           }
         });
+  }
+
+  /// To the sphere and back, if there is one for this point.
+  map::FacePoint over_sphere(const map::FacePoint& at) {
+    if (!sphere_ || sphere_->map().component_of(at.face) == kNoIndex) return at;
+    ++sphere_vertices_;
+    const sphere::FaceWeights back =
+        sphere_->map().locate(sphere_->map().direction({at.face, at.u, at.v}), at.face);
+    return {back.face, back.u, back.v};
   }
 
   Verification compare() {
@@ -234,6 +248,12 @@ class Verifier {
     result.round_trip_mean =
         found.round_trip_sum / double(std::max<std::uint64_t>(found.vertices, 1));
     result.map_file_max = found.map_file_max;
+    result.sphere_vertices = sphere_vertices_;
+    if (sphere_ && sphere_vertices_ < sphere_->manifest().vertices) {
+      throw CorruptionError(fmt::format("{}: {} vertices are on spheres, but {} says {}",
+                                        bundle_.directory().string(), sphere_vertices_,
+                                        kSphereManifestName, sphere_->manifest().vertices));
+    }
     return result;
   }
 
@@ -245,6 +265,8 @@ class Verifier {
   std::unique_ptr<map::PointBuckets> start_;
   ReplayedBundle replayed_;
   Topology topology_;
+  std::optional<SphereFiles> sphere_;
+  std::uint64_t sphere_vertices_ = 0;
 };
 
 }  // namespace
