@@ -159,7 +159,8 @@ std::string describe_content(std::string_view head) {
   if (is_text(head)) {
     std::string_view text = head.substr(0, std::min(head.find_first_of("\r\n"), head.size()));
     const bool cut = text.size() > kShown;
-    return fmt::format("text that begins with '{}{}'", text.substr(0, kShown), cut ? "..." : "");
+    return fmt::format("text that begins with '{}{}'", printable(text.substr(0, kShown)),
+                       cut ? "..." : "");
   }
   std::string bytes;
   for (const char c : head.substr(0, 8))
