@@ -37,11 +37,16 @@ bool is_packed(Input input) {
   return starts_with("\x1f\x8b") || starts_with("\x28\xb5\x2f\xfd");
 }
 
+/// Windows of compressed files come out of it.
+constexpr std::uint64_t kMemory = 32u << 20;
+
 /// Reads with laws for each chunk.
 class Reading {
  public:
   Reading(const std::filesystem::path& path, Input input)
-      : reader_(open_mesh_reader(path)), most_(is_packed(input) ? SIZE_MAX : input.size()) {}
+      : budget_(kMemory),
+        reader_(open_mesh_reader(path, &budget_)),
+        most_(is_packed(input) ? SIZE_MAX : input.size()) {}
 
   IndexedMeshReader& reader() { return *reader_; }
 
@@ -67,6 +72,7 @@ class Reading {
     all.insert(all.end(), chunk.begin(), chunk.end());
   }
 
+  MemoryBudget budget_;
   std::unique_ptr<IndexedMeshReader> reader_;
   std::size_t most_;
 };
@@ -99,6 +105,67 @@ void check_positions(const IndexedMeshReader& reader, const std::vector<Vec3>& p
     expect(finite ? widen(p) == positions[i] : std::isnan(positions[i].x),
            "an array of positions is what is delivered");
   }
+}
+
+/// Rows of an element's attributes that are not pooled: whole ones, as many as there are elements.
+void check_rows(IndexedMeshReader& reader, std::span<const AttributeSpec> specs, AttributePer per,
+                std::size_t elements) {
+  std::vector<AttributeSpec> direct = attributes_per(specs, per);
+  std::erase_if(direct, [](const AttributeSpec& spec) { return spec.pooled; });
+  const std::size_t width = channels(direct, per);
+  if (width == 0) return;
+  std::size_t numbers = 0;
+  reader.read_attributes(per, [&](std::span<const double> rows) {
+    expect(!rows.empty() && rows.size() % width == 0, "a chunk has whole rows");
+    numbers += rows.size();
+  });
+  expect(numbers == elements * width, "each element has a row of attributes");
+}
+
+void check_pool(IndexedMeshReader& reader, const AttributeSpec& spec, std::size_t number,
+                const Delivered& delivered) {
+  std::size_t numbers = 0, uses = 0;
+  reader.read_pool(number, [&](std::span<const double> rows) { numbers += rows.size(); });
+  expect(numbers % spec.components.size() == 0, "a pool has whole values");
+  const std::size_t values = numbers / spec.components.size();
+  reader.read_pool_uses(number, [&](std::span<const PoolUse> corners) {
+    for (const PoolUse& use : corners) {
+      expect(use.value < values || use.value == PoolUse::kNone, "corners use values of the pool");
+      expect(uses < 3 * delivered.triangles.size(), "there are no more uses than corners");
+      expect(use.vertex == delivered.triangles[uses / 3][uses % 3],
+             "uses come in the order of faces");
+      ++uses;
+    }
+  });
+  expect(uses == 3 * delivered.triangles.size(), "each corner has a use");
+}
+
+/// What a mesh carries besides its surface; the message where it is refused.
+std::string read_extras(const std::filesystem::path& path, Input input,
+                        const Delivered& delivered) {
+  try {
+    Reading reading(path, input);
+    reading.positions();
+    reading.triangles();
+    IndexedMeshReader& reader = reading.reader();
+    const std::vector<AttributeSpec> specs = reader.attributes();
+    check_rows(reader, specs, AttributePer::vertex, delivered.positions.size());
+    check_rows(reader, specs, AttributePer::face, delivered.triangles.size());
+    check_rows(reader, specs, AttributePer::corner, 3 * delivered.triangles.size());
+    for (std::size_t i = 0; i < specs.size(); ++i) {
+      if (specs[i].pooled) check_pool(reader, specs[i], i, delivered);
+    }
+    const std::vector<std::string> names = reader.face_labels();
+    if (names.empty()) return {};
+    std::size_t labels = 0;
+    reader.read_face_labels(names,
+                            [&](std::span<const FaceLabel> chunk) { labels += chunk.size(); });
+    expect(labels == delivered.triangles.size(), "each face has a label");
+  } catch (const InputError& error) {
+    return error.what();
+  } catch (const BudgetError&) {
+  }
+  return {};
 }
 
 /// Both passes twice, or what is said when the file is refused.
@@ -162,7 +229,9 @@ void fuzz_mesh(Input input, std::string_view extension) {
   const std::optional<Delivered> backward = read_triangles_first(path, input);
   expect(forward.has_value() == backward.has_value(),
          "a file is read or refused whatever the order of passes");
-  if (forward) expect(*forward == *backward, "the order of passes changes nothing");
+  if (!forward) return;
+  expect(*forward == *backward, "the order of passes changes nothing");
+  check_message(read_extras(path, input, *forward), path);
 }
 
 }  // namespace remaps::fuzz

@@ -8,18 +8,47 @@
 namespace remaps::codec {
 namespace {
 
-double component(const Vec3& v, unsigned c) {
-  return c == 0 ? v.x : c == 1 ? v.y : v.z;
-}
+/// Rounding to the steps of a level; level 0 is the base.
+class LevelSteps {
+ public:
+  LevelSteps(const Quantization& q, unsigned level)
+      : step_{q.step_of(level, 0), q.step_of(level, 1), q.step_of(level, 2)},
+        most_(static_cast<double>((std::uint64_t{1} << q.planes) - 1)) {}
 
-/// Calls visit(vertex, level) for all vertices up to a level; the base is level 0.
-template <class Visit>
-void for_vertices(const SubdivisionHierarchy& hierarchy, unsigned level, Visit&& visit) {
-  std::uint32_t v = 0;
-  for (unsigned m = 0; m <= level; ++m) {
-    for (; v < hierarchy.vertices(m); ++v) visit(v, m);
+  /// The largest component as a multiple of its step.
+  double largest(const Vec3& value) const {
+    return std::max({std::fabs(value.x) / step_[0], std::fabs(value.y) / step_[1],
+                     std::fabs(value.z) / step_[2]});
   }
-}
+
+  /// Sets the coefficients of a vertex; returns the middle of what they stand for.
+  Vec3 round(const Vec3& value, std::uint32_t v, Coefficients& coefficients) const {
+    const std::array<double, 3> components{value.x, value.y, value.z};
+    for (unsigned c = 0; c < 3; ++c) {
+      const double steps = std::fabs(components[c]) / step_[c];
+      coefficients.magnitude[v][c] = static_cast<std::uint32_t>(std::min(steps, most_));
+      if (components[c] < 0) coefficients.negative[v] |= static_cast<std::uint8_t>(1 << c);
+    }
+    return middle(v, coefficients);
+  }
+
+  /// The middle of what the coefficients of a vertex stand for; 0 for what is insignificant.
+  Vec3 middle(std::uint32_t v, const Coefficients& coefficients) const {
+    std::array<double, 3> value{};
+    for (unsigned c = 0; c < 3; ++c) {
+      const std::uint32_t magnitude = coefficients.magnitude[v][c];
+      if (magnitude == 0) continue;
+      const auto unknown = static_cast<double>(std::uint64_t{1} << coefficients.plane[v][c]);
+      value[c] = (magnitude + 0.5 * unknown) * step_[c];
+      if ((coefficients.negative[v] >> c & 1) != 0) value[c] = -value[c];
+    }
+    return {value[0], value[1], value[2]};
+  }
+
+ private:
+  std::array<double, 3> step_;
+  double most_;
+};
 
 }  // namespace
 
@@ -29,19 +58,52 @@ double Quantization::step_of(unsigned level, unsigned component) const {
   return component == 0 || level == 0 ? result : result * (256.0 / tangential);
 }
 
-void to_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet,
-                std::vector<Vec3>& positions, Progress* progress) {
+double to_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet,
+                  const Quantization& quantization, std::vector<Vec3>& positions,
+                  Progress* progress) {
   const WaveletTransform transform(hierarchy, wavelet);
+  double largest = 0;
   for (unsigned j = hierarchy.levels(); j-- > 0;) {
     if (progress != nullptr) progress->check();
     transform.analyse(j, positions);
-    // The coarse surface is now what a decoder has when it comes to these details.
+    // The coarse surface is now about what a decoder has when it comes to these details.
     const SubdivisionLevel& level = hierarchy.level(j);
+    const LevelSteps steps(quantization, j + 1);
     for (std::uint32_t e = 0; e < level.edges(); ++e) {
-      Vec3& detail = positions[level.vertices + e];
-      detail = frame_of_edge(level, e, positions).to_local(detail);
+      const EdgeFrame frame = frame_of_edge(level, e, positions);
+      largest = std::max(largest, steps.largest(frame.to_local(positions[level.vertices + e])));
     }
   }
+  return largest;
+}
+
+double quantize_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet,
+                        const Quantization& quantization, std::span<const Vec3> base_centres,
+                        std::span<const Vec3> details, Coefficients& coefficients,
+                        Progress* progress) {
+  const WaveletTransform transform(hierarchy, wavelet);
+  coefficients.resize(hierarchy.vertices());
+  std::vector<Vec3> decoded(hierarchy.vertices());
+  const LevelSteps base_steps(quantization, 0);
+  for (std::uint32_t v = 0; v < hierarchy.vertices(0); ++v) {
+    decoded[v] = base_centres[v] + base_steps.round(details[v], v, coefficients);
+  }
+  double largest = 0;
+  for (unsigned j = 0; j < hierarchy.levels(); ++j) {
+    if (progress != nullptr) progress->check();
+    const SubdivisionLevel& level = hierarchy.level(j);
+    const LevelSteps steps(quantization, j + 1);
+    for (std::uint32_t e = 0; e < level.edges(); ++e) {
+      const std::uint32_t v = level.vertices + e;
+      const EdgeFrame frame = frame_of_edge(level, e, decoded);
+      const Vec3 detail = frame.to_local(details[v]);
+      largest = std::max(largest, steps.largest(detail));
+      decoded[v] = frame.to_global(steps.round(detail, v, coefficients));
+    }
+    // The finest level is needed by nobody.
+    if (j + 1 < hierarchy.levels()) transform.synthesise(j, decoded);
+  }
+  return largest;
 }
 
 void from_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet, unsigned level_number,
@@ -68,48 +130,24 @@ Vec3 BaseGrid::centre_of(const std::array<std::int32_t, 3>& at) const {
   return origin + Vec3{(at[0] + 0.5) * cell, (at[1] + 0.5) * cell, (at[2] + 0.5) * cell};
 }
 
-double largest_detail(const SubdivisionHierarchy& hierarchy, const Quantization& q,
-                      std::span<const Vec3> details) {
-  double largest = 0;
-  for (unsigned m = 1; m <= hierarchy.levels(); ++m) {
-    double first = 0, others = 0;
-    for (std::uint32_t v = hierarchy.vertices(m - 1); v < hierarchy.vertices(m); ++v) {
-      first = std::max(first, std::fabs(details[v].x));
-      others = std::max({others, std::fabs(details[v].y), std::fabs(details[v].z)});
-    }
-    largest = std::max({largest, first / q.step_of(m, 0), others / q.step_of(m, 1)});
-  }
-  return largest;
-}
-
 void quantize(const SubdivisionHierarchy& hierarchy, const Quantization& q,
               std::span<const Vec3> values, Coefficients& coefficients) {
   coefficients.resize(hierarchy.vertices());
-  const auto most = static_cast<double>((std::uint64_t{1} << q.planes) - 1);
-  for_vertices(hierarchy, hierarchy.levels(), [&](std::uint32_t v, unsigned m) {
-    for (unsigned c = 0; c < 3; ++c) {
-      const double value = component(values[v], c);
-      const double steps = std::fabs(value) / q.step_of(m, c);
-      coefficients.magnitude[v][c] = static_cast<std::uint32_t>(std::min(steps, most));
-      if (value < 0) coefficients.negative[v] |= static_cast<std::uint8_t>(1 << c);
-    }
-  });
+  std::uint32_t v = 0;
+  for (unsigned m = 0; m <= hierarchy.levels(); ++m) {
+    const LevelSteps steps(q, m);
+    for (; v < hierarchy.vertices(m); ++v) steps.round(values[v], v, coefficients);
+  }
 }
 
 std::vector<Vec3> dequantize(const SubdivisionHierarchy& hierarchy, const Quantization& q,
                              unsigned level, const Coefficients& coefficients) {
   std::vector<Vec3> values(hierarchy.vertices(level));
-  for_vertices(hierarchy, level, [&](std::uint32_t v, unsigned m) {
-    std::array<double, 3> value{};
-    for (unsigned c = 0; c < 3; ++c) {
-      const std::uint32_t magnitude = coefficients.magnitude[v][c];
-      if (magnitude == 0) continue;
-      const auto unknown = static_cast<double>(std::uint64_t{1} << coefficients.plane[v][c]);
-      value[c] = (magnitude + 0.5 * unknown) * q.step_of(m, c);
-      if ((coefficients.negative[v] >> c & 1) != 0) value[c] = -value[c];
-    }
-    values[v] = {value[0], value[1], value[2]};
-  });
+  std::uint32_t v = 0;
+  for (unsigned m = 0; m <= level; ++m) {
+    const LevelSteps steps(q, m);
+    for (; v < hierarchy.vertices(m); ++v) values[v] = steps.middle(v, coefficients);
+  }
   return values;
 }
 

@@ -33,17 +33,28 @@ struct BaseGrid {
   Vec3 centre_of(const std::array<std::int32_t, 3>& cell) const;
 };
 
-/// The largest size of a component, as a multiple of its step; of details, not of the base.
-double largest_detail(const SubdivisionHierarchy& hierarchy, const Quantization& quantization,
-                      std::span<const Vec3> details);
-
 /// A surface as base vertices and details: for each vertex of a finer level its offset from the
-/// prediction, along the axes of the edge that it lies on.
+/// prediction, along the axes of the coordinates.
 ///
 /// @param positions  (vertices) of the finest level; replaced
-void to_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet,
-                std::vector<Vec3>& positions, Progress* progress);
-/// The inverse, up to a level.
+/// @return the largest detail as a multiple of its step, along the axes of the edges
+double to_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet,
+                  const Quantization& quantization, std::vector<Vec3>& positions,
+                  Progress* progress);
+
+/// Rounds details along the axes of the edges of the surface that a decoder of all coefficients
+/// has when it comes to them. So what it makes of them is wrong by their rounding only; axes of the
+/// surface itself would be turned against the decoder's, which matters where it is folded.
+///
+/// @param base_centres  (base vertices) what the decoder adds to their coefficients
+/// @param details       (vertices) of to_details; base vertices as offsets from the centres
+/// @return the largest detail as a multiple of its step, before it was cut to the planes
+double quantize_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet,
+                        const Quantization& quantization, std::span<const Vec3> base_centres,
+                        std::span<const Vec3> details, Coefficients& coefficients,
+                        Progress* progress);
+
+/// The surface of details along the axes of the edges, up to a level.
 /// @param details  (vertices of that level); replaced by its positions
 void from_details(const SubdivisionHierarchy& hierarchy, Wavelet wavelet, unsigned level,
                   std::vector<Vec3>& details);
