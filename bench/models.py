@@ -1,5 +1,6 @@
 """The meshes of the bench. Each is made when first needed, and kept in the cache folder."""
 
+import gzip
 import os
 import shutil
 import subprocess
@@ -67,7 +68,7 @@ def require_space(directory, needed, what):
 
 
 class ModelStore:
-    """Makes models, and text copies of them, in a folder."""
+    """Makes models, and copies of them in other formats, in a folder."""
 
     def __init__(self, folder, remaps, programs):
         self._folder = Path(folder)
@@ -82,11 +83,19 @@ class ModelStore:
             return ROOT / model.argument
         return self._keep(f"{name}.ply", about_bytes(name), lambda path: self._make(name, model, path))
 
-    def text_path(self, name, extension):
-        """The model as ASCII PLY (.ply), OBJ or OFF text."""
+    def copy_path(self, name, form):
+        """The model as .text.{ply,obj,off,stl}, .binary.stl or .glb; or its binary PLY compressed, .ply.gz or .ply.zst."""
         source = self.path(name)
-        return self._keep(f"{name}.text{extension}", 4 * source.stat().st_size, lambda path: self._run(
-            [self._programs / "write_text_mesh", source, path], f"a text copy of {name}"))
+
+        def make(path):
+            if path.suffix == ".gz":
+                with open(source, "rb") as plain, gzip.open(path, "wb", compresslevel=6) as packed:
+                    shutil.copyfileobj(plain, packed, 1 << 20)
+            elif path.suffix == ".zst":
+                self._run(["zstd", "-q", source, "-o", path], f"{form} of {name}")
+            else:
+                self._run([self._programs / "write_mesh_copy", source, path], f"{form} of {name}")
+        return self._keep(f"{name}{form}", 12 * source.stat().st_size, make)
 
     def _keep(self, file_name, needed, make):
         path = self._folder / file_name

@@ -164,8 +164,8 @@ class Runner:
         return row
 
     def _run_read(self, job):
-        extension = job.options["extension"]
-        source = self._store.text_path(job.model, extension) if extension else self._store.path(job.model)
+        form = job.options["form"]
+        source = self._store.copy_path(job.model, form) if form else self._store.path(job.model)
         warm(source)
         row, usage = self._measured([self._programs / "read_mesh", source])
         said = json.loads(usage.stdout)

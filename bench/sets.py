@@ -63,8 +63,10 @@ def output_jobs(model):
 
 
 def reader_jobs(model):
-    return [Job(model, f"read {name}", "read", {"extension": extension})
-            for name, extension in (("binary PLY", None), ("text PLY", ".ply"), ("OBJ", ".obj"), ("OFF", ".off"))]
+    return [Job(model, f"read {name}", "read", {"form": form})
+            for name, form in (("binary PLY", None), ("text PLY", ".text.ply"), ("OBJ", ".text.obj"),
+                               ("OFF", ".text.off"), ("binary STL", ".binary.stl"), ("text STL", ".text.stl"),
+                               ("GLB", ".glb"), ("binary PLY, gzip", ".ply.gz"), ("binary PLY, Zstandard", ".ply.zst"))]
 
 
 def huge_jobs(model):

@@ -1,5 +1,6 @@
-// write_text_mesh INPUT OUTPUT.{ply,obj,off}: the mesh as text, ASCII PLY, OBJ or OFF, with as many
-// digits as a float needs. remaps itself writes no text PLY; the readers are measured on this one.
+// write_mesh_copy INPUT OUTPUT: the mesh in another format. Text as ASCII PLY, OBJ, OFF or STL,
+// with as many digits as a float needs, which remaps itself writes of some only; binary STL if the
+// name ends in .binary.stl, and GLB. The readers are measured on these.
 #include <fmt/format.h>
 
 #include <cstdio>
@@ -7,20 +8,23 @@
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
+#include <vector>
 
 #include "remaps/formats/mesh_reader.h"
+#include "remaps/formats/mesh_writer.h"
 
 namespace {
 
 using namespace remaps;
 
-enum class Form { kPly, kObj, kOff };
+enum class Form { kPly, kObj, kOff, kStl };
 
 Form form_of(const std::filesystem::path& path) {
   if (path.extension() == ".ply") return Form::kPly;
   if (path.extension() == ".obj") return Form::kObj;
   if (path.extension() == ".off") return Form::kOff;
-  throw std::runtime_error(path.string() + ": expected .ply, .obj or .off");
+  if (path.extension() == ".stl") return Form::kStl;
+  throw std::runtime_error(path.string() + ": expected .ply, .obj, .off, .stl or .glb");
 }
 
 struct Counts {
@@ -44,6 +48,8 @@ std::string header(Form form, const Counts& n) {
           n.vertices, n.faces);
     case Form::kObj:
       return "";
+    case Form::kStl:
+      return "solid copy\n";
     case Form::kOff:
       return fmt::format("OFF\n{} {} 0\n", n.vertices, n.faces);
   }
@@ -70,11 +76,45 @@ class TextFile {
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-void write(const char* input, const std::filesystem::path& output) {
+void write_binary(const char* input, const std::filesystem::path& output) {
+  const auto reader = open_mesh_reader(input);
+  const Counts n = count(*reader);
+  const auto writer = open_mesh_writer(output, n.vertices, n.faces);
+  reader->read_positions([&](std::span<const Vec3> chunk) { writer->write_positions(chunk); });
+  reader->read_triangles([&](std::span<const Triangle> chunk) { writer->write_triangles(chunk); });
+  writer->close();
+}
+
+void write_stl_text(IndexedMeshReader& reader, TextFile& file) {
+  std::vector<Vec3f> position;
+  reader.read_positions([&](std::span<const Vec3> chunk) {
+    for (const Vec3& p : chunk) position.push_back(to_float(p));
+  });
+  reader.read_triangles([&](std::span<const Triangle> chunk) {
+    fmt::memory_buffer text;
+    for (const Triangle& t : chunk) {
+      fmt::format_to(std::back_inserter(text), "facet normal 0 0 0\n outer loop\n");
+      for (const VertexId v : t) {
+        const Vec3f& p = position[v];
+        fmt::format_to(std::back_inserter(text), "  vertex {} {} {}\n", p.x, p.y, p.z);
+      }
+      fmt::format_to(std::back_inserter(text), " endloop\nendfacet\n");
+    }
+    file.write({text.data(), text.size()});
+  });
+  file.write("endsolid copy\n");
+}
+
+void write_text(const char* input, const std::filesystem::path& output) {
   const Form form = form_of(output);
   const auto reader = open_mesh_reader(input);
   TextFile file(output);
   file.write(header(form, count(*reader)));
+  if (form == Form::kStl) {
+    write_stl_text(*reader, file);
+    file.close();
+    return;
+  }
   reader->read_positions([&](std::span<const Vec3> chunk) {
     fmt::memory_buffer text;
     for (const Vec3& p : chunk) {
@@ -100,13 +140,16 @@ void write(const char* input, const std::filesystem::path& output) {
 
 int main(int argc, char** argv) {
   if (argc != 3) {
-    fmt::print(stderr, "usage: write_text_mesh INPUT OUTPUT.{{ply,obj,off}}\n");
+    fmt::print(stderr, "usage: write_mesh_copy INPUT OUTPUT.{{ply,obj,off,stl,glb}}\n");
     return 2;
   }
   try {
-    write(argv[1], argv[2]);
+    const std::filesystem::path output = argv[2];
+    const bool binary =
+        output.extension() == ".glb" || output.filename().string().ends_with(".binary.stl");
+    (binary ? write_binary : write_text)(argv[1], output);
   } catch (const std::exception& error) {
-    fmt::print(stderr, "write_text_mesh: {}\n", error.what());
+    fmt::print(stderr, "write_mesh_copy: {}\n", error.what());
     return 1;
   }
 }
