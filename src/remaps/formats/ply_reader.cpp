@@ -243,12 +243,14 @@ class PlyReader final : public IndexedMeshReader {
     vertex_ = header_.find("vertex");
     if (vertex_ == nullptr) fail_header("expected an element 'vertex'");
     all_float_ = true;
+    const bool text = header_.encoding == PlyEncoding::ascii;
     for (const std::string_view axis : kPlyAxes) {
       const PlyProperty* const property = vertex_->find(axis);
       if (property == nullptr || property->count_type) {
         fail_header(fmt::format("expected a scalar property '{}' of 'vertex'", axis));
       }
-      all_float_ &= fits_float(property->type);
+      // Text may have fractions where the header says integer: what they are is seen when read.
+      all_float_ &= fits_float(property->type) && !(text && is_integer(property->type));
     }
   }
 
