@@ -115,7 +115,7 @@ FaceWeights SphericalMap::locate(const Vec3& direction, LocalIndex near) const {
 
 SphericalQuality SphericalMap::quality(std::span<const Vec3> position,
                                        std::uint32_t component) const {
-  double area = 0, stretch = 0, ratios = 0, inverse_ratios = 0, angles = 0;
+  double area = 0, flat_area = 0, stretch = 0, ratios = 0, inverse_ratios = 0, angles = 0;
   for (LocalIndex f = 0; f < component_.size(); ++f) {
     if (component_[f] != component) continue;
     const LocalTriangle t = patch_.face(f);
@@ -135,13 +135,14 @@ SphericalQuality SphericalMap::quality(std::span<const Vec3> position,
     for (std::size_t i = 0; i < 3; ++i) trace += m[i] * (e[(i + 1) % 3] + e[(i + 2) % 3] - e[i]);
     trace /= 8 * flat * flat;
     area += own;
+    flat_area += flat;
     stretch += 0.5 * own * trace;
     if (!(own > 0)) continue;
     ratios += own * own / flat;
     inverse_ratios += flat;
     angles += 0.5 * trace * flat;  // own (s1 / s2 + s2 / s1) / 2 = own trace / (2 s1 s2)
   }
-  const double scale = 4 * std::numbers::pi / area;  // of areas: from the surface to the sphere
+  const double scale = flat_area / area;  // of areas: from the surface to the sphere
   SphericalQuality result;
   result.stretch_efficiency = area / (stretch * scale);
   result.area_distortion = 0.5 * (ratios * scale / area + inverse_ratios / (scale * area));
