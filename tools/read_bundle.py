@@ -3,7 +3,7 @@
 
     tools/read_bundle.py scan.remaps [--points N]
 
-Written from docs/formats alone: container, logs, tiles, map.bin, base.ply, manifest. Follows N removed
+Written from docs/formats alone: container, logs, tiles, map.bin, base.ply, sphere, manifest. Follows N removed
 vertices through the logs to the base, in ordinary floating point, and compares with map.bin. Needs the
 zstd command. Checks every size, count and range; the XXH3 checksums are left to `remaps verify`.
 Exit code 1 and a line on standard error if something does not fit.
@@ -220,6 +220,34 @@ def place(position, triangle, weights):
     return [sum(w * position[v][i] for w, v in zip(weights, triangle)) for i in range(3)]
 
 
+def read_sphere(path, position, base, mapped):
+    """Follows each vertex of map.bin to the sphere and compares with sphere.bin; all triangles turn one way."""
+    said = json.loads((path / "sphere.json").read_bytes())
+    expect(said["format"] == "remaps-sphere" and said["version"] == 1, "sphere.json: another format")
+    data = (path / "sphere-base.bin").read_bytes()
+    expect(len(data) == 24 * len(position), "sphere-base.bin: another size than 24 bytes a base vertex")
+    corner = list(struct.iter_unpack("<3q", data))
+    data = (path / "sphere.bin").read_bytes()
+    expect(len(data) == 24 * len(mapped), "sphere.bin: another size than 24 bytes a vertex")
+
+    def volume(a, b, c):  # six times, exactly: Python's integers are of any length
+        return sum(a[i] * (b[(i + 1) % 3] * c[(i + 2) % 3] - b[(i + 2) % 3] * c[(i + 1) % 3]) for i in range(3))
+    on_sphere = [volume(*(corner[v] for v in face)) > 0 for face in base]
+    expect(sum(on_sphere) == sum(c["faces"] for c in said["components"]), "sphere-base.bin: faces that are turned over")
+    found, worst = 0, 0.0
+    for v, ((face, a, b), there) in enumerate(zip(mapped, struct.iter_unpack("<3d", data))):
+        if face == NONE or not on_sphere[face]:
+            expect(all(x != x for x in there), f"sphere.bin: vertex {v} is somewhere")
+            continue
+        here = place([tuple(x / 2**40 for x in c) for c in (corner[i] for i in base[face])], (0, 1, 2),
+                     (1 - a - b, a, b))
+        length = sum(x * x for x in here) ** 0.5
+        worst = max(worst, max(abs(x / length - y) for x, y in zip(here, there)))
+        found += 1
+    expect(found == said["vertices"] and worst < 1e-12, f"sphere.bin: a vertex is {worst:.1e} from its direction")
+    print(f"sphere    {found} vertices on {len(said['components'])} spheres: at most {worst:.1e} from their directions")
+
+
 def read_bundle(path, wanted):
     manifest = json.loads((path / "manifest.json").read_bytes())
     expect(manifest["format"] == "remaps-bundle" and manifest["version"] == 2, "another format")
@@ -239,6 +267,8 @@ def read_bundle(path, wanted):
     copies = given["copied_vertices"]
     expect(len(mapped) - without + copies == given["referenced_vertices"], "map.bin: another count of vertices")
     print(f"map.bin   {len(mapped) - without} vertices on the base, {without} without a face")
+    if (path / "sphere.json").exists():
+        read_sphere(path, position, base, mapped)
 
     tiles = SectionFile(path / "tiles.bin", b"tile")
     own_ids, face_ids = [], []

@@ -68,10 +68,24 @@ def main():
                 "--no-measure", "--quiet")
             print(run(sys.executable, TOOLS / "read_bundle.py", bundle, "--points", 500))
             run(sys.executable, TOOLS / "dyadic_numbering.py", bundle / "base.ply", 3, output)
-            (bundle / "map.bin").write_bytes((bundle / "map.bin").read_bytes()[:-1])
+            whole = (bundle / "map.bin").read_bytes()
+            (bundle / "map.bin").write_bytes(whole[:-1])
             if subprocess.run([sys.executable, TOOLS / "read_bundle.py", bundle], stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL, check=False).returncode != 1:
                 sys.exit("read_bundle.py takes a map.bin that is a byte short")
+            (bundle / "map.bin").write_bytes(whole)
+        run(remaps, "sphere", directory / "5000.remaps", directory / "sphere.remaps", "--quiet")
+        said = run(sys.executable, TOOLS / "read_bundle.py", directory / "sphere.remaps", "--points", 100)
+        print(said)
+        if "sphere    49999 vertices on 1 spheres" not in said:
+            sys.exit("read_bundle.py does not follow vertices to the sphere")
+        sphere = directory / "sphere.remaps" / "sphere.bin"
+        data = bytearray(sphere.read_bytes())
+        data[24 * 1000 + 6] ^= 1  # a double's 13th bit behind the point
+        sphere.write_bytes(data)
+        if subprocess.run([sys.executable, TOOLS / "read_bundle.py", directory / "sphere.remaps"],
+                          stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False).returncode != 1:
+            sys.exit("read_bundle.py takes a direction that is off")
         write_torus(directory / "torus.ply")
         run(remaps, "parameterize", directory / "torus.ply", directory / "torus.remaps", "--quiet")
         said = run(sys.executable, TOOLS / "read_bundle.py", directory / "torus.remaps", "--points", 100)

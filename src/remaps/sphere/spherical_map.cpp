@@ -11,6 +11,68 @@
 namespace remaps::sphere {
 namespace {
 
+/// Integrals over a surface of how its map to the sphere distorts it: midpoint rule on triangles
+/// that are split until they are small as seen from the centre.
+class StretchIntegral {
+ public:
+  /// @param scale  of areas, from the surface to the sphere
+  explicit StretchIntegral(double scale) : scale_(scale) {}
+
+  /// @param corner  on the sphere
+  /// @param m, n    edges of the surface from the first corner to the others
+  void add(const std::array<Vec3, 3>& corner, const Vec3& m, const Vec3& n) {
+    mm_ = dot(m, m);
+    mn_ = dot(m, n);
+    nn_ = dot(n, n);
+    own_ = norm(cross(m, n));
+    edge_ = {corner[1] - corner[0], corner[2] - corner[0]};
+    if (own_ > 0) split(corner, 0.5 * own_, 0);
+  }
+
+  double stretch() const { return stretch_; }
+  double area_distortion() const { return areas_; }
+  double angle_distortion() const { return angles_; }
+
+ private:
+  static constexpr double kSmall = 0.03;
+  static constexpr unsigned kMostSplits = 8;
+
+  void split(const std::array<Vec3, 3>& p, double area, unsigned depth) {
+    const Vec3 &a = p[0], &b = p[1], &c = p[2];
+    const Vec3 middle = 1.0 / 3 * (a + b + c);
+    const double longest = std::max({norm2(b - a), norm2(c - b), norm2(a - c)});
+    if (depth == kMostSplits || longest < kSmall * kSmall * norm2(middle)) {
+      take(middle, area);
+      return;
+    }
+    const Vec3 ab = 0.5 * (a + b), bc = 0.5 * (b + c), ca = 0.5 * (c + a);
+    for (const auto& part : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}}) {
+      split(part, 0.25 * area, depth + 1);
+    }
+  }
+
+  /// The map at a point of the flat triangle: its two metrics, and from them the singular values.
+  void take(const Vec3& point, double area) {
+    const double length2 = norm2(point);
+    const double du = dot(edge_[0], point), dv = dot(edge_[1], point);
+    const double uu = (norm2(edge_[0]) - du * du / length2) / length2;
+    const double uv = (dot(edge_[0], edge_[1]) - du * dv / length2) / length2;
+    const double vv = (norm2(edge_[1]) - dv * dv / length2) / length2;
+    const double det = uu * vv - uv * uv;  // of the sphere's; positive
+    if (!(det > 0)) return;
+    const double squares = scale_ * (mm_ * vv - 2 * mn_ * uv + nn_ * uu) / det;  // s1^2 + s2^2
+    const double ratio = scale_ * own_ / std::sqrt(det);                         // s1 s2
+    stretch_ += area * 0.5 * squares;
+    areas_ += area * 0.5 * (ratio + 1 / ratio);
+    angles_ += area * 0.5 * squares / ratio;
+  }
+
+  double scale_;
+  double mm_ = 0, mn_ = 0, nn_ = 0, own_ = 0;  // of the surface triangle
+  std::array<Vec3, 2> edge_;                   // of the flat one
+  double stretch_ = 0, areas_ = 0, angles_ = 0;
+};
+
 /// Solid angle of a triangle (van Oosterom, Strackee 1983).
 double solid_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
   return 2 * std::atan2(dot(a, cross(b - a, c - a)), 1 + dot(a, b) + dot(b, c) + dot(c, a));
@@ -115,39 +177,21 @@ FaceWeights SphericalMap::locate(const Vec3& direction, LocalIndex near) const {
 
 SphericalQuality SphericalMap::quality(std::span<const Vec3> position,
                                        std::uint32_t component) const {
-  double area = 0, flat_area = 0, stretch = 0, ratios = 0, inverse_ratios = 0, angles = 0;
+  double area = 0;
   for (LocalIndex f = 0; f < component_.size(); ++f) {
     if (component_[f] != component) continue;
     const LocalTriangle t = patch_.face(f);
-    // Squared edges opposite to the corners, on the sphere and on the surface.
-    std::array<double, 3> e{}, m{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const LocalIndex p = t[(i + 1) % 3], q = t[(i + 2) % 3];
-      e[i] = norm2(to_vector(place_[q]) - to_vector(place_[p]));
-      m[i] = norm2(position[q] - position[p]);
-    }
-    const Vec3 origin = to_vector(place_[t[0]]);
-    const double flat =
-        0.5 * norm(cross(to_vector(place_[t[1]]) - origin, to_vector(place_[t[2]]) - origin));
-    const double own =
-        0.5 * norm(cross(position[t[1]] - position[t[0]], position[t[2]] - position[t[0]]));
-    double trace = 0;  // s1^2 + s2^2
-    for (std::size_t i = 0; i < 3; ++i) trace += m[i] * (e[(i + 1) % 3] + e[(i + 2) % 3] - e[i]);
-    trace /= 8 * flat * flat;
-    area += own;
-    flat_area += flat;
-    stretch += 0.5 * own * trace;
-    if (!(own > 0)) continue;
-    ratios += own * own / flat;
-    inverse_ratios += flat;
-    angles += 0.5 * trace * flat;  // own (s1 / s2 + s2 / s1) / 2 = own trace / (2 s1 s2)
+    area += 0.5 * norm(cross(position[t[1]] - position[t[0]], position[t[2]] - position[t[0]]));
   }
-  const double scale = flat_area / area;  // of areas: from the surface to the sphere
-  SphericalQuality result;
-  result.stretch_efficiency = area / (stretch * scale);
-  result.area_distortion = 0.5 * (ratios * scale / area + inverse_ratios / (scale * area));
-  result.angle_distortion = angles / area;
-  return result;
+  StretchIntegral integral(4 * std::numbers::pi / area);
+  for (LocalIndex f = 0; f < component_.size(); ++f) {
+    if (component_[f] != component) continue;
+    const LocalTriangle t = patch_.face(f);
+    integral.add({to_vector(place_[t[0]]), to_vector(place_[t[1]]), to_vector(place_[t[2]])},
+                 position[t[1]] - position[t[0]], position[t[2]] - position[t[0]]);
+  }
+  return {area / integral.stretch(), integral.area_distortion() / area,
+          integral.angle_distortion() / area};
 }
 
 }  // namespace remaps::sphere

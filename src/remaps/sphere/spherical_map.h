@@ -17,8 +17,7 @@ struct FaceWeights {
 };
 
 /// How far a map of a surface to the sphere is from an isometry, both scaled to the same area. All
-/// are 1 for an isometry. Of the linear maps between flat triangles, whose corners lie on the
-/// sphere.
+/// are 1 for an isometry.
 struct SphericalQuality {
   /// 1 / mean over the surface of (s1^2 + s2^2) / 2, with the singular values s1, s2 of the map
   /// from the sphere to it. At most 1. Source: [Praun, Hoppe 2003] section 3.3.
