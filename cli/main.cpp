@@ -64,6 +64,7 @@ int run(int argc, char** argv) {
   add_check_command(program, action);
   add_codec_commands(program, action);
   add_sphere_command(program, action);
+  add_image_command(program, action);
   add_info_command(program, action);
   add_generate_command(program, action);
 

@@ -27,6 +27,7 @@ void add_check_command(CLI::App& program, Action& action);
 void add_generate_command(CLI::App& program, Action& action);
 void add_codec_commands(CLI::App& program, Action& action);
 void add_sphere_command(CLI::App& program, Action& action);
+void add_image_command(CLI::App& program, Action& action);
 
 /// Options that hold a path, a count (200, 10k, 5M), a size (256M, 1.5G) or a number in a range.
 /// The help shows the value's default; bad values end parsing with a message that names the option.
