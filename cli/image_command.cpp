@@ -20,7 +20,7 @@ struct Arguments {
   pipeline::SurfaceImageOptions options;
   std::string kind = "geometry";
   std::uint64_t size = 0, component = 0, supersampling = 4;
-  std::string bits = "16";
+  std::string bits;
   bool no_measure = false, quiet = false, json = false;
 };
 
@@ -56,11 +56,13 @@ std::string to_table(const pipeline::SurfaceImageSummary& s, const Arguments& a)
 void make_image(Arguments& a) {
   pipeline::SurfaceImageOptions& o = a.options;
   const bool geometry = a.kind == "geometry";
-  o.kind = geometry ? pipeline::ImageKind::geometry : pipeline::ImageKind::normal;
+  o.kind = geometry             ? pipeline::ImageKind::geometry
+           : a.kind == "normal" ? pipeline::ImageKind::normal
+                                : pipeline::ImageKind::colour;
   o.size = narrow<std::uint32_t>(a.size != 0 ? a.size : geometry ? 257 : 512);
   o.component = narrow<std::uint32_t>(a.component);
   o.supersampling = narrow<std::uint32_t>(a.supersampling);
-  o.bits = a.bits == "8" ? 8 : 16;
+  o.bits = a.bits == "8" || (a.bits.empty() && a.kind == "color") ? 8 : 16;
   o.measure = !a.no_measure;
   check_output_file(o.output);
   check_temp_dir(o.query.temp_dir);
@@ -79,10 +81,10 @@ void make_image(Arguments& a) {
 }  // namespace
 
 void add_image_command(CLI::App& program, Action& action) {
-  CLI::App& verb =
-      add_verb(program, "image",
-               "Make a geometry image or a normal map of a surface that is mapped to the sphere",
-               "image scan.remaps scan.exr --size 257");
+  CLI::App& verb = add_verb(
+      program, "image",
+      "Make a geometry image, normal map or colour map of a surface that is mapped to the sphere",
+      "image scan.remaps scan.exr --size 257");
   auto a = std::make_shared<Arguments>();
   pipeline::SurfaceImageOptions& o = a->options;
   add_path(verb, "BUNDLE", o.query.bundle, "Bundle with a map to the sphere, of remaps sphere")
@@ -92,20 +94,21 @@ void add_image_command(CLI::App& program, Action& action) {
            ".obj, .off, .stl, .glb or .vtp")
       ->required();
   verb.add_option("--kind", a->kind,
-                  "geometry: positions; normal: unit normals of the input in model axes")
-      ->check(CLI::IsMember({"geometry", "normal"}))
+                  "geometry: positions; normal: unit normals of the input in model axes; color: "
+                  "colours of its vertices")
+      ->check(CLI::IsMember({"geometry", "normal", "color"}))
       ->type_name("KIND")
       ->capture_default_str();
   add_count(verb, "--size", a->size, 3,
-            "Pixels a side. Default: 257 of geometry, which wants an odd number; 512 of normals")
+            "Pixels a side. Default: 257 of geometry, which wants an odd number; 512 of others")
       ->default_str("");
   add_count(verb, "--component", a->component, 0, "Which sphere, the largest component's first");
   add_count(verb, "--supersampling", a->supersampling, 1,
-            "Samples along a side of a pixel, of which a normal is the mean");
-  verb.add_option("--bits", a->bits, "Bits of a number in a PNG")
+            "Samples along a side of a pixel, of which normals and colours are the mean");
+  verb.add_option("--bits", a->bits,
+                  "Bits of a number in a PNG: 8 or 16. Default: 8 of colours, else 16")
       ->check(CLI::IsMember({"8", "16"}))
-      ->type_name("N")
-      ->capture_default_str();
+      ->type_name("N");
   verb.add_flag("--no-measure", a->no_measure, "Do not compare a geometry image with the input");
   add_count(verb, "--samples", o.samples, 1,
             "Sample points on each surface when errors are measured");

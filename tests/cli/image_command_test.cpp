@@ -103,6 +103,35 @@ TEST_F(ImageCommand, NormalsAreThoseOfTheInput) {
   EXPECT_GT(sum / (32 * 32), 0.95);
 }
 
+TEST_F(ImageCommand, ColoursAreThoseOfTheVertices) {
+  const MeshContent mesh = read_mesh(directory() / "in.ply");
+  const auto colour_at = [](const Vec3& p) {
+    return Vec3{0.5 + 0.3 * p.x, 0.5 + 0.3 * p.y, 0.5 - 0.3 * p.z};
+  };
+  {
+    std::ofstream file(directory() / "coloured.obj");
+    for (const Vec3& p : mesh.positions) {
+      const Vec3 c = colour_at(p);
+      file << fmt::format("v {} {} {} {} {} {}\n", p.x, p.y, p.z, c.x, c.y, c.z);
+    }
+    for (const Triangle& t : mesh.triangles) {
+      file << fmt::format("f {} {} {}\n", t[0] + 1, t[1] + 1, t[2] + 1);
+    }
+  }
+  run_well({"sphere", "coloured.obj", "c.remaps", "--intermediate-faces", "400", "--quiet"});
+  run_well({"image", "c.remaps", "c.npy", "--kind", "color", "--size", "32", "--quiet"});
+  run_well({"image", "c.remaps", "g.npy", "--size", "65", "--quiet"});
+  const std::vector<Vec3f> colour = pixels_of("c.npy", 32), place = pixels_of("g.npy", 65);
+  for (std::size_t row = 0; row < 32; ++row) {
+    for (std::size_t column = 0; column < 32; ++column) {
+      const Vec3 there = widen(place[(2 * row + 1) * 65 + 2 * column + 1]);
+      EXPECT_LT(norm(widen(colour[row * 32 + column]) - colour_at(there)), 0.03)
+          << row << ' ' << column;
+    }
+  }
+  expect_failure(3, {"image", "s.remaps", "x.png", "--kind", "color"}, {"s.remaps", "colours"});
+}
+
 TEST_F(ImageCommand, ThreadsMakeNoDifference) {
   for (const std::string kind : {"geometry", "normal"}) {
     for (const std::string extension : {"exr", "png"}) {

@@ -15,9 +15,11 @@
 #include "remaps/pipeline/query_run.h"
 #include "remaps/pipeline/sphere_files.h"
 #include "remaps/pipeline/tile_surface.h"
+#include "remaps/resample/attribute_sampler.h"
 #include "remaps/resample/resampler.h"
 #include "remaps/sphere/octahedral_unfolding.h"
 #include "remaps/store/file.h"
+#include "remaps/store/row_spool.h"
 
 namespace remaps::pipeline {
 namespace {
@@ -84,8 +86,10 @@ class ImageMaker {
     summary_.size = options_.size;
     if (options_.kind == ImageKind::geometry) {
       make_geometry();
-    } else {
+    } else if (options_.kind == ImageKind::normal) {
       make_normals();
+    } else {
+      make_colours();
     }
     return summary_;
   }
@@ -153,31 +157,87 @@ class ImageMaker {
     }
   }
 
-  void make_normals() {
+  std::uint64_t samples_per_pixel() const {
+    return std::uint64_t{options_.supersampling} * options_.supersampling;
+  }
+
+  /// Looks up all samples of all pixels: those of pixel p have the numbers from
+  /// p * samples_per_pixel() on.
+  void look_up_samples(const Take& take) {
     const std::uint32_t n = options_.size, k = options_.supersampling;
-    std::vector<Vec3> sum(pixels_);
     const double samples = double(n) * k;
     look_up(
         [&](const auto& add) {
+          std::uint64_t number = 0;
           for (std::uint32_t row = 0; row < n; ++row) {
             for (std::uint32_t column = 0; column < n; ++column) {
               for (std::uint32_t s = 0; s < k * k; ++s) {
                 const double x = (double(column) * k + s % k + 0.5) / samples;
                 const double y = (double(row) * k + s / k + 0.5) / samples;
-                add(std::uint64_t{row} * n + column,
-                    sphere::octahedral_direction(2 * x - 1, 1 - 2 * y));
+                add(number++, sphere::octahedral_direction(2 * x - 1, 1 - 2 * y));
               }
             }
           }
         },
-        [&](const Tile& tile, const map::TaggedPoint& point) {
-          sum[point.tag] = sum[point.tag] + face_normal(tile, point.at.face);
-        });
+        take);
+  }
+
+  void make_normals() {
+    std::vector<Vec3> sum(pixels_);
+    const std::uint64_t each = samples_per_pixel();
+    look_up_samples([&](const Tile& tile, const map::TaggedPoint& point) {
+      Vec3& pixel = sum[point.tag / each];
+      pixel = pixel + face_normal(tile, point.at.face);
+    });
     for (Vec3& v : sum) {
       const double length = norm(v);
       v = length > 0 ? 1 / length * v : Vec3{0, 0, 1};
     }
     write_image(sum);
+  }
+
+  /// The colours that vertices of the input have.
+  AttributeSpec colours_of_input() const {
+    AttributeFile* const attributes = run_.bundle.attributes();
+    if (attributes != nullptr) {
+      for (const AttributeSpec& spec : attributes->layout().specs) {
+        if (spec.kind == AttributeKind::colour && spec.per == AttributePer::vertex &&
+            spec.components.size() >= 3) {
+          return spec;
+        }
+      }
+    }
+    throw InputError(options_.query.bundle.string() +
+                     ": has no colours of vertices; remaps info lists what it has");
+  }
+
+  void make_colours() {
+    const AttributeSpec spec = colours_of_input();
+    const std::uint64_t each = samples_per_pixel();
+    resample::VertexAttributeSampler sampler(*run_.bundle.attributes(), std::span(&spec, 1),
+                                             pixels_ * each, run_.temp.path(),
+                                             run_.budget.available() / 8, run_.budget);
+    look_up_samples([&](const Tile& tile, const map::TaggedPoint& point) {
+      sampler.add(tile, std::span(&point, 1));
+    });
+    store::RowSpool rows(run_.temp.path() / "colours", row_bytes(spec));
+    progress_.begin("colours");
+    sampler.finish(rows, run_.budget.available() / 4, &progress_);
+    std::vector<Vec3> mean(pixels_);
+    std::vector<std::byte> bytes(static_cast<std::size_t>(each) * rows.row_bytes());
+    std::vector<double> values(spec.components.size());
+    for (std::uint64_t pixel = 0; pixel < pixels_; ++pixel) {
+      rows.read(pixel * each, bytes);
+      Vec3 sum;
+      for (std::size_t s = 0; s < each; ++s) {
+        unpack_row(std::span(&spec, 1),
+                   std::span(bytes).subspan(s * rows.row_bytes(), rows.row_bytes()), values);
+        const auto full = [&](std::size_t c) { return full_colour(spec.components[c].type); };
+        sum = sum + Vec3{values[0] / full(0), values[1] / full(1), values[2] / full(2)};
+      }
+      mean[pixel] = 1.0 / static_cast<double>(each) * sum;
+    }
+    write_image(mean);
   }
 
   /// Two triangles a cell, counter-clockwise seen from outside, along the shorter diagonal.
@@ -221,6 +281,7 @@ class ImageMaker {
   void write_image(const std::vector<Vec3>& value) const {
     Image image;
     image.width = image.height = options_.size;
+    if (options_.kind == ImageKind::colour) image.channels = "RGB";
     image.value.reserve(3 * value.size());
     Box3 box;
     for (const Vec3& v : value) {
@@ -232,6 +293,7 @@ class ImageMaker {
     std::string bytes;
     if (extension == ".png") {
       image::IntegerRange range{options_.bits, {-1, -1, -1}, 2};
+      if (options_.kind == ImageKind::colour) range = {options_.bits, {0, 0, 0}, 1};
       if (options_.kind == ImageKind::geometry) {
         const Vec3 extent = box.high - box.low;
         const Vec3f low = to_float(box.low);
