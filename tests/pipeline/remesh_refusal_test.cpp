@@ -83,6 +83,23 @@ class FileSizeLimit {
   void (*handler_)(int) = nullptr;
 };
 
+TEST_F(RemeshRefusal, TheSurfaceMayBeRefusedWhenItIsCounted) {
+  RemeshOptions o = options(put(test::scan(BaseShape::kTorus, 3000)));
+  o.domain_buffer = 600;  // several sweeps
+  Topology counted;
+  unsigned calls = 0;
+  o.accept = [&](const Topology& topology) {
+    counted = topology;
+    ++calls;
+    throw GeometryError("not this one");
+  };
+  EXPECT_EQ(message_of<GeometryError>(o), "not this one");
+  EXPECT_EQ(calls, 1u);
+  EXPECT_EQ(counted.components, 1u);
+  EXPECT_EQ(counted.boundary_loops, 0u);
+  EXPECT_EQ(counted.euler_characteristic(), 0);
+}
+
 TEST_F(RemeshRefusal, NamesAnEdgeWithThreeFaces) {
   MeshLists mesh = ball();
   const Triangle t = mesh.triangle[700];

@@ -28,6 +28,14 @@ void link_bundle(const std::filesystem::path& from, const std::filesystem::path&
   }
 }
 
+/// Of several components it is not known yet which the largest is: those are looked at in the end.
+void refuse_early(const Topology& topology) {
+  if (topology.components != 1) return;
+  check_is_sphere(
+      {topology.faces, topology.vertices, topology.boundary_loops, topology.euler_characteristic()},
+      0, 1);
+}
+
 void parameterize_mesh(const MapSphereOptions& options, const std::filesystem::path& bundle,
                        Progress& progress) {
   RemeshOptions job = options.parameterize;
@@ -35,6 +43,7 @@ void parameterize_mesh(const MapSphereOptions& options, const std::filesystem::p
   job.output.clear();
   job.bundle = bundle;
   job.base_vertices = std::max<std::uint64_t>(options.intermediate_faces / 2 + 2, 4);
+  job.accept = refuse_early;
   remesh(job, progress);
 }
 

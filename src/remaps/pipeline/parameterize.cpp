@@ -268,6 +268,7 @@ class Parameterizer {
         tiles.seal();
         manifest_.topology = topology->finish();
         topology.reset();
+        if (job_.accept) job_.accept(manifest_.topology);
       }
       level = std::move(next);
       sample = std::move(next_sample);

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "remaps/base/memory_budget.h"
 #include "remaps/base/progress.h"
 #include "remaps/mesh/attributes.h"
 #include "remaps/mesh/face_labels.h"
+#include "remaps/mesh/topology.h"
 #include "remaps/pipeline/memory_plan.h"
 #include "remaps/pipeline/repair_input.h"
 #include "remaps/pipeline/report.h"
@@ -26,6 +28,8 @@ struct ParameterizeJob {
   FaceLabelChoice feature_labels;       ///< features lie between faces that differ in these
   bool write_map = true;  ///< false: without map.bin, for a bundle that only serves to resample
   AttributeChoice attributes;  ///< that the bundle keeps
+  /// Called when the first sweep has counted the surface; may refuse it by an exception.
+  std::function<void(const Topology&)> accept;
 };
 
 /// Ingest, sweeps, map: from a mesh file to a sealed bundle. Fills the report's parts on input,

@@ -115,6 +115,7 @@ Report remesh(const RemeshOptions& options, Progress& progress) {
   job.weld_distance = options.weld_distance;
   job.strict = options.strict;
   job.repair = {options.min_component, options.fill_holes};
+  job.accept = options.accept;
   job.write_map = has_bundle;
   job.attributes = options.attributes;
   report.goal = options.goal;

@@ -2,11 +2,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 
 #include "remaps/base/progress.h"
 #include "remaps/mesh/attributes.h"
 #include "remaps/mesh/face_labels.h"
+#include "remaps/mesh/topology.h"
 #include "remaps/pipeline/report.h"
 
 namespace remaps::pipeline {
@@ -39,6 +41,8 @@ struct RemeshOptions {
   bool fit = false;                     ///< least-squares fit of the output's vertices to the input
   std::uint64_t samples = 1'000'000;    ///< of the error, each way
   AttributeChoice attributes;           ///< of the input, for output and bundle
+  /// Called as soon as the repaired surface has been counted; may refuse it by an exception.
+  std::function<void(const Topology&)> accept;
   /// Chooses the level, and a larger base if no level does; then `level` is not used.
   ErrorGoal goal;
 };

@@ -43,18 +43,6 @@ std::uint64_t checksum_of_bundle(const Bundle& bundle) {
   return XXH3_64bits(text.data(), text.size());
 }
 
-void check_genus(const sphere::SurfaceComponent& component, std::size_t number, std::size_t of) {
-  if (component.is_sphere()) return;
-  const std::string which =
-      of == 1 ? "the surface" : fmt::format("component {} of {}, by size,", number + 1, of);
-  throw GeometryError(fmt::format(
-      "{} has genus {} and {} boundary {}: only closed surfaces of genus 0 can be mapped to a "
-      "sphere{}",
-      which, component.genus(), component.boundary_loops,
-      component.boundary_loops == 1 ? "loop" : "loops",
-      component.genus() == 0 ? "; --fill-holes EDGES closes holes of a mesh" : ""));
-}
-
 /// Maps one component.
 /// @param place  those of its vertices are set
 void map_component(const BaseMesh& base, const std::vector<std::uint32_t>& of_face,
@@ -177,6 +165,19 @@ std::uint64_t checksum_in(const Json& json, const char* name) {
 
 }  // namespace
 
+void check_is_sphere(const sphere::SurfaceComponent& component, std::size_t number,
+                     std::size_t of) {
+  if (component.is_sphere()) return;
+  const std::string which =
+      of == 1 ? "the surface" : fmt::format("component {} of {}, by size,", number + 1, of);
+  throw GeometryError(fmt::format(
+      "{} has genus {} and {} boundary {}: only closed surfaces of genus 0 can be mapped to a "
+      "sphere{}",
+      which, component.genus(), component.boundary_loops,
+      component.boundary_loops == 1 ? "loop" : "loops",
+      component.genus() == 0 ? "; --fill-holes EDGES closes holes of a mesh" : ""));
+}
+
 SphereManifest add_sphere(const Bundle& bundle, bool all, MemoryBudget& budget,
                           Progress& progress) {
   const BaseMesh& base = bundle.base();
@@ -187,7 +188,7 @@ SphereManifest add_sphere(const Bundle& bundle, bool all, MemoryBudget& budget,
   const std::size_t mapped = all ? found.component.size() : 1;
   if (found.component.empty()) throw GeometryError("the surface has no faces");
   for (std::size_t c = 0; c < mapped; ++c) {
-    check_genus(found.component[c], c, found.component.size());
+    check_is_sphere(found.component[c], c, found.component.size());
   }
   std::vector<SpherePoint> place(base.position.size());
   for (std::uint32_t c = 0; c < mapped; ++c) {

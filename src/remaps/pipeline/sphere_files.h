@@ -31,6 +31,11 @@ inline constexpr const char* kSphereManifestName = "sphere.json";
 inline constexpr const char* kSphereName = "sphere.bin";
 inline constexpr const char* kSphereBaseName = "sphere-base.bin";
 
+/// Refuses what is no sphere.
+/// @param number, of  which one it is of so many, by size, for the message
+/// @throws GeometryError  names genus and boundary loops
+void check_is_sphere(const sphere::SurfaceComponent& component, std::size_t number, std::size_t of);
+
 /// Maps the base of a bundle to the sphere, or some of its components to one each, and adds
 /// sphere.json, sphere.bin and sphere-base.bin to the bundle's directory.
 ///
