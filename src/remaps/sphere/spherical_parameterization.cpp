@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "remaps/base/errors.h"
@@ -15,6 +16,8 @@ namespace {
 constexpr std::uint64_t kVertexBytes = 600;
 constexpr unsigned kSteps = 3;        // of Newton's method, for a vertex in a sweep
 constexpr unsigned kFirstSteps = 10;  // for a vertex that is new
+/// Of the time, what the sweeps over all vertices take when all are there.
+constexpr double kLastShare = 0.2;
 
 /// A triangulated sphere that grows.
 class Embedding {
@@ -188,15 +191,18 @@ std::vector<SpherePoint> parameterize_sphere(std::span<const Vec3> position,
   progress.begin("mapping to the sphere");
   Embedding embedding(position, options);
   embedding.begin(hierarchy.corner);
+  std::optional<ProgressPart> part(std::in_place, &progress, 0, 1 - kLastShare);
   double next = 4 * options.growth;
   for (std::size_t i = 0; i < hierarchy.vertex.size(); ++i) {
     embedding.insert(hierarchy.vertex[i], hierarchy.ring_of(i));
     if (static_cast<double>(embedding.vertices()) < next) continue;
     next *= options.growth;
     embedding.sweep(options.sweeps, options.least_gain, progress);
-    progress.advance(0.5 * static_cast<double>(i) / static_cast<double>(position.size()));
+    progress.advance(static_cast<double>(i) / static_cast<double>(position.size()));
   }
+  part.emplace(&progress, 1 - kLastShare, 1);
   embedding.sweep(options.last_sweeps, options.least_gain, progress);
+  progress.advance(1);
   std::vector<SpherePoint> result;
   result.reserve(position.size());
   for (const Vec3& p : embedding.places()) result.push_back(to_sphere_point(p));

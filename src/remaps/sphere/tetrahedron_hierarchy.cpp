@@ -33,6 +33,12 @@ class Simplification {
         ManifoldDefect::Kind::kNone) {
       throw GeometryError("a surface to be mapped to the sphere is not manifold");
     }
+    for (LocalIndex v = 0; v < position.size(); ++v) {
+      if (patch_.vertex_alive(v) && !patch_.on_boundary(v)) continue;
+      throw GeometryError("a surface to be mapped to the sphere is not closed: vertex " +
+                          std::to_string(v) + " is " +
+                          (patch_.vertex_alive(v) ? "at a boundary" : "in no face"));
+    }
     for (const LocalTriangle& t : triangle) {
       const Vec3 n = cross(position[t[1]] - position[t[0]], position[t[2]] - position[t[0]]);
       const double doubled = norm(n);
@@ -53,7 +59,7 @@ class Simplification {
       const Candidate next = queue_.top();
       queue_.pop();
       if (version_[next.vertex] != next.version) continue;
-      remove(next.vertex);
+      if (!remove(next.vertex)) continue;
       if (--left % 4096 == 0) progress.check();
     }
     return collect();
@@ -98,10 +104,11 @@ class Simplification {
     if (choose(v, cost, apex)) queue_.push({cost, v, version_[v]});
   }
 
-  void remove(LocalIndex v) {
+  /// @return  false if that is no longer possible: removals elsewhere may join points of the ring
+  bool remove(LocalIndex v) {
     double cost = 0;
     unsigned apex = 0;
-    if (!choose(v, cost, apex)) return;
+    if (!choose(v, cost, apex)) return false;
     const unsigned n = star_.wedges;
     std::array<LocalIndex, kMaxRing> ring{};
     for (unsigned i = 0; i < n; ++i) ring[i] = star_.ring[(apex + i) % n];
@@ -111,6 +118,7 @@ class Simplification {
     ring_.insert(ring_.end(), ring.begin(), ring.begin() + n);
     end_.push_back(static_cast<std::uint32_t>(ring_.size()));
     for (unsigned i = 0; i < n; ++i) push(ring[i]);
+    return true;
   }
 
   /// The removals backwards.
