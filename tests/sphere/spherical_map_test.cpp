@@ -93,6 +93,17 @@ TEST(SphericalMap, RefusesATurnedTriangle) {
   EXPECT_THROW(SphericalMap(place, shape.triangle, all_on_one(shape)), GeometryError);
 }
 
+TEST(SphericalMap, RefusesPlacesThatAreNotOnTheSphere) {
+  const test::Shape shape = test::octahedron();
+  for (const int shift : {1, 21}) {  // the second would overflow 128 bits
+    std::vector<SpherePoint> place = places_of(shape);
+    for (SpherePoint& p : place) {
+      for (std::int64_t& x : p) x *= std::int64_t{1} << shift;
+    }
+    EXPECT_THROW(SphericalMap(place, shape.triangle, all_on_one(shape)), GeometryError) << shift;
+  }
+}
+
 TEST(SphericalMap, RefusesADoubleCover) {
   // Two turns about an axis: all triangles of a bipyramid turn the same way, but cover twice.
   const test::Shape shape = test::bipyramid(10);

@@ -11,6 +11,9 @@
 namespace remaps::sphere {
 namespace {
 
+/// Rounding to the grid moves a point by less.
+constexpr double kOffSphere = 1e-11;
+
 /// Integrals over a surface of how its map to the sphere distorts it: midpoint rule on triangles
 /// that are split until they are small as seen from the centre.
 class StretchIntegral {
@@ -102,6 +105,10 @@ void SphericalMap::check() const {
   for (LocalIndex f = 0; f < component_.size(); ++f) {
     if (component_[f] == kNoIndex) continue;
     const LocalTriangle t = patch_.face(f);
+    for (const LocalIndex v : t) {
+      if (std::fabs(norm(to_vector(place_[v])) - 1) < kOffSphere) continue;
+      throw GeometryError("vertex " + std::to_string(v) + " is not on the unit sphere");
+    }
     if (orientation(place_[t[0]], place_[t[1]], place_[t[2]]) <= 0) {
       throw GeometryError("face " + std::to_string(f) + " is turned over on the sphere");
     }

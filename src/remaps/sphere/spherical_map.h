@@ -34,7 +34,8 @@ class SphericalMap {
   /// @param place      (v) those of vertices that no component has are not read
   /// @param triangle   (f)
   /// @param component  (f) which sphere a face is on, from 0 on, or kNoIndex
-  /// @throws GeometryError  a face is turned over, or a sphere is not covered once
+  /// @throws GeometryError  a place is not on the unit sphere, a face is turned over, or a sphere
+  /// is not covered once
   /// Cost: linear. Memory: about 80 bytes a face.
   SphericalMap(std::vector<SpherePoint> place, std::span<const LocalTriangle> triangle,
                std::vector<std::uint32_t> component);
