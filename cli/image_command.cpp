@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -9,7 +11,6 @@
 #include "number_text.h"
 #include "options.h"
 #include "progress_bar.h"
-#include "remaps/base/errors.h"
 #include "remaps/pipeline/surface_image.h"
 #include "standard_output.h"
 
@@ -59,11 +60,25 @@ void make_image(Arguments& a) {
   o.kind = geometry             ? pipeline::ImageKind::geometry
            : a.kind == "normal" ? pipeline::ImageKind::normal
                                 : pipeline::ImageKind::colour;
-  o.size = narrow<std::uint32_t>(a.size != 0 ? a.size : geometry ? 257 : 512);
-  o.component = narrow<std::uint32_t>(a.component);
-  o.supersampling = narrow<std::uint32_t>(a.supersampling);
+  // What is too large for these types is far beyond what is refused anyway.
+  const auto at_most = [](std::uint64_t value) {
+    return static_cast<std::uint32_t>(
+        std::min<std::uint64_t>(value, std::numeric_limits<std::uint32_t>::max()));
+  };
+  o.size = at_most(a.size != 0 ? a.size : geometry ? 257 : 512);
+  o.component = at_most(a.component);
+  o.supersampling = at_most(a.supersampling);
   o.bits = a.bits == "8" || (a.bits.empty() && a.kind == "color") ? 8 : 16;
   o.measure = !a.no_measure;
+  if (!pipeline::is_writable_image(o.output, o.kind)) {
+    throw UsageError(fmt::format("{}: images are written as one of .exr, .png, .npy{}",
+                                 o.output.string(), geometry ? ", or as a mesh" : ""));
+  }
+  if (geometry && o.size % 2 == 0) {
+    throw UsageError(fmt::format(
+        "--size {}: a geometry image has an odd size, {} or {}, so that its sides fold at a pixel",
+        o.size, o.size - 1, o.size + 1));
+  }
   check_output_file(o.output);
   check_temp_dir(o.query.temp_dir);
   pipeline::SurfaceImageSummary summary;
