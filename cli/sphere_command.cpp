@@ -17,6 +17,7 @@ namespace remaps::cli {
 namespace {
 
 struct Arguments {
+  const CLI::App* verb = nullptr;
   pipeline::MapSphereOptions options;
   std::string component = "largest";
   bool quiet = false, json = false;
@@ -66,10 +67,25 @@ std::string to_table(const pipeline::MapSphereSummary& s, const std::filesystem:
   return text;
 }
 
+/// A bundle has been parameterized already.
+void refuse_options_of_meshes(const Arguments& a) {
+  for (const char* const name :
+       {"--intermediate-faces", "--weld", "--strict", "--min-component", "--fill-holes",
+        "--attributes", "--domain-buffer", "--map-buffer"}) {
+    if (a.verb->count(name) == 0) continue;
+    throw UsageError(
+        fmt::format("{} is for a mesh, but {} is a bundle", name, a.options.input.string()));
+  }
+}
+
 void map_to_sphere(Arguments& a) {
   pipeline::MapSphereOptions& o = a.options;
   std::error_code ignored;
-  if (!std::filesystem::is_directory(o.input, ignored)) check_input_file(o.input);
+  if (std::filesystem::is_directory(o.input, ignored)) {
+    refuse_options_of_meshes(a);
+  } else {
+    check_input_file(o.input);
+  }
   check_output_bundle(o.output);
   check_temp_dir(o.parameterize.temp_dir);
   o.all_components = a.component == "all";
@@ -92,6 +108,7 @@ void add_sphere_command(CLI::App& program, Action& action) {
                             "Map a closed surface of genus 0 to the sphere, every vertex of it",
                             "sphere scan.ply scan.remaps --memory 1G");
   auto a = std::make_shared<Arguments>();
+  a->verb = &verb;
   pipeline::MapSphereOptions& o = a->options;
   add_path(verb, "INPUT", o.input, "Mesh, or a bundle whose base is to be mapped")->required();
   add_path(verb, "OUTPUT", o.output,

@@ -104,6 +104,28 @@ TEST_F(SphereCommand, DamageIsFound) {
   run_well({"verify", "s.remaps", "--quiet"});
 }
 
+TEST_F(SphereCommand, MissingAndCutFilesAreFound) {
+  make_sphere();
+  for (const char* const name : {"sphere.bin", "sphere-base.bin"}) {
+    const std::filesystem::path path = directory() / "s.remaps" / name;
+    const std::string good = content_of(path);
+    std::ofstream(path, std::ios::binary) << good.substr(0, good.size() - 1);
+    expect_failure(6, {"verify", "s.remaps"}, {name, "expected", "bytes"});
+    std::filesystem::remove(path);
+    expect_failure(6, {"verify", "s.remaps"}, {name, "no such file"});
+    std::ofstream(path, std::ios::binary) << good;
+  }
+  run_well({"verify", "s.remaps", "--quiet"});
+}
+
+TEST_F(SphereCommand, WhatIsForMeshesIsRefusedForBundles) {
+  make_sphere();
+  for (const char* const option : {"--fill-holes", "--intermediate-faces", "--min-component"}) {
+    expect_failure(2, {"sphere", "s.remaps", "t.remaps", option, "100"}, {option, "mesh"});
+  }
+  EXPECT_FALSE(std::filesystem::exists(directory() / "t.remaps"));
+}
+
 TEST_F(SphereCommand, OtherSurfacesAreRefusedAndNothingIsLeft) {
   generate("torus.ply", "2k", {"--base", "torus"});
   generate("disk.ply", "2k", {"--base", "disk"});

@@ -159,6 +159,21 @@ void write_sphere_manifest(const Bundle& bundle, const SphereManifest& manifest,
   store::write_file_atomically(bundle.directory() / kSphereManifestName, json.dump(2) + "\n");
 }
 
+/// Before memory is taken for it.
+/// @throws CorruptionError  the file is missing or of another size
+void require_size(const std::filesystem::path& path, std::uint64_t bytes) {
+  std::error_code missing;
+  const std::uint64_t found = std::filesystem::file_size(path, missing);
+  if (missing) {
+    throw CorruptionError(
+        fmt::format("{}: no such file, but {} names it", path.string(), kSphereManifestName));
+  }
+  if (found != bytes) {
+    throw CorruptionError(
+        fmt::format("{}: expected {} bytes, found {}", path.string(), bytes, found));
+  }
+}
+
 std::uint64_t checksum_in(const Json& json, const char* name) {
   return std::stoull(json.at("checksums").at(name).get<std::string>(), nullptr, 16);
 }
@@ -254,9 +269,9 @@ SphereFiles::SphereFiles(const Bundle& bundle, MemoryBudget& budget) {
   memory_ =
       budget.reserve(kFaceBytes * base.triangle.size() + kBlockBytes, "the base on the sphere");
   const std::filesystem::path places = bundle.directory() / kSphereBaseName;
+  require_size(places, base.position.size() * sizeof(SpherePoint));
   const std::string bytes = store::read_whole_file(places);
-  if (bytes.size() != base.position.size() * sizeof(SpherePoint) ||
-      XXH3_64bits(bytes.data(), bytes.size()) != base_checksum) {
+  if (XXH3_64bits(bytes.data(), bytes.size()) != base_checksum) {
     throw CorruptionError(places.string() + ": fails its checksum");
   }
   std::vector<SpherePoint> place(base.position.size());
@@ -281,9 +296,9 @@ SphereFiles::SphereFiles(const Bundle& bundle, MemoryBudget& budget) {
 
 void SphereFiles::check_vertices(const Bundle& bundle, Progress& progress) const {
   const std::filesystem::path path = bundle.directory() / kSphereName;
+  require_size(path, bundle.manifest().input_vertices * sizeof(Vec3));
   const store::File file = store::File::open_read(path);
-  if (file.size() != bundle.manifest().input_vertices * sizeof(Vec3) ||
-      checksum_file(path) != sphere_checksum_) {
+  if (checksum_file(path) != sphere_checksum_) {
     throw CorruptionError(path.string() + ": fails its checksum");
   }
   std::vector<Vec3> there;
